@@ -1,0 +1,19 @@
+//! The one error type of this crate. Every message says what was wrong, what was given and what is allowed.
+
+/// What can go wrong in optics; `Display` is the whole message a user sees.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OpticsError {
+    /// A number or name outside what the function allows.
+    #[error("{0}")]
+    Argument(String),
+    /// No medium, illuminant or observer of that name.
+    #[error("{0}")]
+    Unknown(String),
+    /// A wavelength outside the data of a medium.
+    #[error("{0}")]
+    OutsideData(String),
+    /// A text (CSV, YAML) that does not hold what it should.
+    #[error("{0}")]
+    Data(String),
+}

@@ -1,0 +1,1 @@
+//! The single film in closed form (Airy), and the two-beam form of 1991.

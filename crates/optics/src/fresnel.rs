@@ -1,0 +1,1 @@
+//! Fresnel amplitudes of one interface.
