@@ -2,8 +2,20 @@
 
 use pyo3::prelude::*;
 
+mod color;
+mod medium;
+mod render;
+mod scene;
+mod stack;
+mod thickness;
+
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    Ok(())
+    medium::register(module)?;
+    stack::register(module)?;
+    color::register(module)?;
+    thickness::register(module)?;
+    scene::register(module)?;
+    render::register(module)
 }

@@ -1,0 +1,39 @@
+"""iridesce: interference colour, from film to spectrum, colour and picture (``import iridesce as ir``)."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+# Names are imported on first use (PEP 562), so that `iridesce --help` and small scripts start at once.
+_HOME = {
+    "Medium": "medium",
+    "media": "medium",
+    "Layer": "stack",
+    "Stack": "stack",
+    "Scene": "scene",
+    "SceneError": "errors",
+    "ResourceError": "errors",
+    "Image": "image",
+    "render": "rendering",
+}
+_MODULES = {"color", "thickness", "plot"}
+
+__all__ = sorted([*_HOME, "color", "thickness"])
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        value = getattr(importlib.import_module(f"iridesce.{_HOME[name]}"), name)
+    elif name in _MODULES:
+        value = importlib.import_module(f"iridesce.{name}")
+    elif name == "__version__":
+        value = importlib.import_module("iridesce._core").__version__
+    else:
+        raise AttributeError(f"module 'iridesce' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*__all__, "__version__"})
