@@ -2,4 +2,13 @@
 
 pub mod framebuffer;
 
+mod camera;
+mod environment;
+mod film;
+mod geometry;
+mod lanes;
+mod sampler;
+mod spectral;
+mod vector;
+
 pub use framebuffer::{Framebuffer, Progress, RenderError, RenderInfo, RenderOptions};
