@@ -33,7 +33,15 @@ impl MapLookup {
         let y = (colatitude * height as f64 - 0.5).clamp(0.0, (height - 1) as f64);
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = ((x - x0) as f32, (y - y0) as f32);
-        let column = |c: i64| if c < 0 { width - 1 } else if c as usize >= width { 0 } else { c as usize };
+        let column = |c: i64| {
+            if c < 0 {
+                width - 1
+            } else if c as usize >= width {
+                0
+            } else {
+                c as usize
+            }
+        };
         let (c0, c1) = (column(x0 as i64), column(x0 as i64 + 1));
         let (r0, r1) = (y0 as usize, (y0 as usize + 1).min(height - 1));
         let texel = |row: usize, column: usize| {

@@ -26,7 +26,8 @@ const SIN_PI: [f32; 5] = [3.141_592_6, -5.167_710_1, 2.550_077_7, -0.598_292_15,
 /// cos(pi x) = P(x^2) on [-1/2, 1/2]; minimax, error 2.2e-10 before rounding.
 const COS_PI: [f32; 6] = [1.0, -4.934_802_1, 4.058_709_2, -1.335_212_1, 0.234_937_56, -0.024_396_72];
 /// 2^x on [-1/2, 1/2]; Chebyshev fit, error 2.6e-9.
-const EXP2: [f32; 7] = [1.0, 0.693_147_2, 0.240_226_51, 0.055_503_272, 0.009_618_026, 0.001_340_043_2, 0.000_154_697_32];
+const EXP2: [f32; 7] =
+    [1.0, 0.693_147_2, 0.240_226_51, 0.055_503_272, 0.009_618_026, 0.001_340_043_2, 0.000_154_697_32];
 /// cos(theta) is kept above this: at 90 degrees exactly every ratio below would be 0/0. R there is 1 to 1e-5.
 const SMALLEST_COS: f32 = 1e-6;
 
@@ -89,12 +90,6 @@ impl FilmTable {
             rate: blocks(wavelength_nm.iter().zip(outer).map(|(l, o)| 2.0 * o / l)),
             is_plain: squared.iter().all(|m2| m2.im == 0.0 && m2.re >= 1.0),
         }
-    }
-
-    /// Number of blocks of nodes.
-    #[inline(always)]
-    pub fn len(&self) -> usize {
-        self.rate.len()
     }
 
     /// Whether the film is lossless and lets light in at every angle: then T = 1 - R and only
@@ -183,10 +178,7 @@ impl FilmTable {
         let pass = [cosine * decay, sine * decay];
         let round = mul(pass, pass);
         // 1 - exp(2 i beta): near no phase at all the difference is 2 sin^2 of the half and not a cancellation.
-        let lost = [
-            (one - decay * decay) + decay * decay * sine * sine * 2.0,
-            -round[1],
-        ];
+        let lost = [(one - decay * decay) + decay * decay * sine * sine * 2.0, -round[1]];
         let amplitudes = |a: [f32x16<S>; 2]| {
             let sum = inverse(simd, [a[0] + b[0], a[1] + b[1]]);
             let r12 = mul([a[0] - b[0], a[1] - b[1]], sum);

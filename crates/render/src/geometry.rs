@@ -93,6 +93,9 @@ mod tests {
         let far = Sphere { center: Vec3::new(0.0, 0.0, -5.0), radius: 1.0 };
         let ray = Ray { origin: Vec3::new(0.0, 0.0, 3.0), direction: Vec3::new(0.0, 0.0, -1.0) };
         assert_eq!(nearest(&[far, UNIT], &ray, None).unwrap().object, 1);
-        assert_eq!(nearest(&[far, UNIT], &Ray { origin: Vec3::new(0.0, 0.0, -1.0), ..ray }, Some(1)).unwrap().object, 0);
+        assert_eq!(
+            nearest(&[far, UNIT], &Ray { origin: Vec3::new(0.0, 0.0, -1.0), ..ray }, Some(1)).unwrap().object,
+            0
+        );
     }
 }
