@@ -28,19 +28,26 @@ const COS_PI: [f32; 6] = [1.0, -4.934_802_1, 4.058_709_2, -1.335_212_1, 0.234_93
 /// 2^x on [-1/2, 1/2]; Chebyshev fit, error 2.6e-9.
 const EXP2: [f32; 7] =
     [1.0, 0.693_147_2, 0.240_226_51, 0.055_503_272, 0.009_618_026, 0.001_340_043_2, 0.000_154_697_32];
-/// cos(theta) is kept above this: at 90 degrees exactly every ratio below would be 0/0. R there is 1 to 1e-5.
-const SMALLEST_COS: f32 = 1e-6;
+/// cos(theta) is kept above this: at 90 degrees every ratio below would be 0/0, and closer than this the product of
+/// two denominators, down to (2 cos^2)^4 without contrast, would leave the range of f32. R there is 1 to 1e-7.
+const SMALLEST_COS: f32 = 1e-4;
 
 /// A film medium at the nodes of a render.
 #[derive(Debug, Clone)]
 pub struct FilmTable {
-    /// Re(m^2) - 1, taken in f64 because m may be close to 1.
-    contrast: Vec<Lanes>,
-    /// Im(m^2).
-    loss: Vec<Lanes>,
-    /// Half turns of phase per nm of thickness and unit of b: 2 n_outer / lambda.
-    rate: Vec<Lanes>,
+    blocks: Vec<FilmBlock>,
     is_plain: bool,
+}
+
+/// A film medium at a block of nodes.
+#[derive(Debug, Clone, Copy)]
+struct FilmBlock {
+    /// Re(m^2) - 1, taken in f64 because m may be close to 1.
+    contrast: Lanes,
+    /// Im(m^2).
+    loss: Lanes,
+    /// Half turns of phase per nm of thickness and unit of b: 2 n_outer / lambda.
+    rate: Lanes,
 }
 
 /// Light on a film, per block of nodes: weights of s and p light, and of the two Stokes components between them.
@@ -80,15 +87,14 @@ impl<S: Simd> Mueller<S> {
 impl FilmTable {
     /// The table of a film of index `film` in a medium of real index `outer`, one value a node each.
     pub fn new(wavelength_nm: &[f64], film: &[Complex64], outer: &[f64]) -> FilmTable {
-        let squared: Vec<Complex64> = film.iter().zip(outer).map(|(n, o)| (n / o) * (n / o)).collect();
+        let relative: Vec<Complex64> = film.iter().zip(outer).map(|(n, o)| n / o).collect();
+        let contrast = blocks(relative.iter().map(|m| (m.re - 1.0) * (m.re + 1.0) - m.im * m.im));
+        let loss = blocks(relative.iter().map(|m| 2.0 * m.re * m.im));
+        let rate = blocks(wavelength_nm.iter().zip(outer).map(|(l, o)| 2.0 * o / l));
+        let joined = contrast.into_iter().zip(loss).zip(rate);
         FilmTable {
-            contrast: blocks(film.iter().zip(outer).map(|(n, o)| {
-                let m = n / o;
-                (m.re - 1.0) * (m.re + 1.0) - m.im * m.im
-            })),
-            loss: blocks(squared.iter().map(|m2| m2.im)),
-            rate: blocks(wavelength_nm.iter().zip(outer).map(|(l, o)| 2.0 * o / l)),
-            is_plain: squared.iter().all(|m2| m2.im == 0.0 && m2.re >= 1.0),
+            blocks: joined.map(|((contrast, loss), rate)| FilmBlock { contrast, loss, rate }).collect(),
+            is_plain: relative.iter().all(|m| m.im == 0.0 && m.re >= 1.0),
         }
     }
 
@@ -104,9 +110,9 @@ impl FilmTable {
     pub fn reflectance<S: Simd>(&self, simd: S, block: usize, cos_theta: f32, thickness_nm: f32) -> [f32x16<S>; 2] {
         let c = cos_theta.max(SMALLEST_COS);
         let c2 = f32x16::splat(simd, c * c);
-        let e = self.contrast[block].load(simd);
+        let e = self.blocks[block].contrast.load(simd);
         let b2 = e + c2;
-        let half_turns = b2.sqrt() * (self.rate[block].load(simd) * thickness_nm);
+        let half_turns = b2.sqrt() * (self.blocks[block].rate.load(simd) * thickness_nm);
         let x = half_turns - half_turns.round_ties_even();
         let sine = x * polynomial(simd, x * x, &SIN_PI);
         let q = sine * sine;
@@ -115,7 +121,10 @@ impl FilmTable {
         let four_b2 = b2 * 4.0;
         let s = e * e * q;
         let p = k * k * q;
-        [s / four_b2.mul_add(c2, s), p / four_b2.mul_add(u * u, p)]
+        // One division for two ratios: the divider is the busiest unit of this loop.
+        let (under_s, under_p) = (four_b2.mul_add(c2, s), four_b2.mul_add(u * u, p));
+        let inverse = f32x16::splat(simd, 1.0) / (under_s * under_p);
+        [s * under_p * inverse, p * under_s * inverse]
     }
 
     /// Everything about a block of nodes of any film.
@@ -132,10 +141,10 @@ impl FilmTable {
     fn plain_response<S: Simd>(&self, simd: S, block: usize, cos_theta: f32, thickness_nm: f32) -> Response<S> {
         let one = f32x16::splat(simd, 1.0);
         let c = f32x16::splat(simd, cos_theta.max(SMALLEST_COS));
-        let e = self.contrast[block].load(simd);
+        let e = self.blocks[block].contrast.load(simd);
         let b2 = c.mul_add(c, e);
         let b = b2.sqrt();
-        let half_turns = b * (self.rate[block].load(simd) * thickness_nm);
+        let half_turns = b * (self.blocks[block].rate.load(simd) * thickness_nm);
         let x = half_turns - half_turns.round_ties_even();
         let x2 = x * x;
         let sine = x * polynomial(simd, x2, &SIN_PI);
@@ -164,10 +173,10 @@ impl FilmTable {
     fn complex_response<S: Simd>(&self, simd: S, block: usize, cos_theta: f32, thickness_nm: f32) -> Response<S> {
         let one = f32x16::splat(simd, 1.0);
         let c = f32x16::splat(simd, cos_theta.max(SMALLEST_COS));
-        let (e, loss) = (self.contrast[block].load(simd), self.loss[block].load(simd));
+        let (e, loss) = (self.blocks[block].contrast.load(simd), self.blocks[block].loss.load(simd));
         let b = square_root(simd, [c.mul_add(c, e), loss]);
         let u = [(e + 1.0) * c, loss * c];
-        let rate = self.rate[block].load(simd) * thickness_nm;
+        let rate = self.blocks[block].rate.load(simd) * thickness_nm;
         let half_turns = b[0] * rate;
         let x = half_turns - half_turns.round_ties_even();
         let x2 = x * x;

@@ -8,6 +8,7 @@ mod film;
 mod geometry;
 mod integrator;
 mod lanes;
+mod lights;
 mod prepare;
 mod render;
 mod sampler;
