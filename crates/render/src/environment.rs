@@ -89,10 +89,11 @@ fn atan2_turns(y: f32, x: f32) -> f32 {
     let (small, large) = (ax.min(ay), ax.max(ay));
     let t = if large > 0.0 { small / large } else { 0.0 };
     let t2 = t * t;
-    let mut sum = ATAN[7];
-    for i in (0..7).rev() {
-        sum = sum * t2 + ATAN[i];
-    }
+    // Estrin's order: the lookup waits for this chain, and Horner's is twice as long.
+    let t4 = t2 * t2;
+    let low = (ATAN[0] + ATAN[1] * t2) + (ATAN[2] + ATAN[3] * t2) * t4;
+    let high = (ATAN[4] + ATAN[5] * t2) + (ATAN[6] + ATAN[7] * t2) * t4;
+    let sum = low + high * (t4 * t4);
     let mut turns = sum * t;
     if ay > ax {
         turns = 0.25 - turns;

@@ -243,3 +243,128 @@ fn exp2<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
     let scale = f32x16::from_bits(bits << 23);
     x.simd_lt(f32x16::splat(simd, -119.0)).select(f32x16::splat(simd, 0.0), fraction * scale)
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+    use iridesce_optics::Polarization;
+    use iridesce_optics::stack::solve;
+
+    use super::*;
+    use crate::spectral::Nodes;
+
+    /// One film at one angle: everything from the kernel under test, by node.
+    struct Found {
+        reflect: [Vec<f32>; 4],
+        transmit: [Vec<f32>; 4],
+        plain: [Vec<f32>; 2],
+    }
+
+    fn kernel(level: Level, table: &FilmTable, blocks: usize, cos_theta: f32, thickness_nm: f32) -> Found {
+        #[inline(always)]
+        fn run<S: Simd>(simd: S, table: &FilmTable, blocks: usize, cos_theta: f32, thickness_nm: f32) -> Found {
+            let mut found =
+                Found { reflect: Default::default(), transmit: Default::default(), plain: Default::default() };
+            for block in 0..blocks {
+                let response = table.response(simd, block, cos_theta, thickness_nm);
+                for (m, out) in [(response.reflect, &mut found.reflect), (response.transmit, &mut found.transmit)] {
+                    for (value, out) in [m.s, m.p, m.cross[0], m.cross[1]].into_iter().zip(out) {
+                        out.extend(value.to_array());
+                    }
+                }
+                if table.is_plain() {
+                    for (value, out) in
+                        table.reflectance(simd, block, cos_theta, thickness_nm).into_iter().zip(&mut found.plain)
+                    {
+                        out.extend(value.to_array());
+                    }
+                }
+            }
+            found
+        }
+        dispatch!(level, simd => run(simd, table, blocks, cos_theta, thickness_nm))
+    }
+
+    /// The f32 kernel against the f64 multilayer, inputs rounded to f32 first.
+    ///
+    /// Tolerance: the phase 2 pi n t b / lambda is off by its own rounding, 2^-24 of up to 2 n t / lambda half turns
+    /// (and as much again from b), which moves R by at most pi times that; the rest is a dozen roundings of 2^-24.
+    fn compare(index: Complex64, outer: f64, thickness: &[f32]) {
+        let nodes = Nodes::new(32, &[]);
+        let count = nodes.len();
+        let table = FilmTable::new(&nodes.wavelength_nm, &vec![index; count], &vec![outer; count]);
+        for &thickness_nm in thickness {
+            for angle in [0.0_f64, 10.0, 45.0, 53.1, 75.0, 88.0] {
+                let cos_theta = angle.to_radians().cos() as f32;
+                let found = kernel(Level::new(), &table, count / 16, cos_theta, thickness_nm);
+                for (i, &nm) in nodes.wavelength_nm.iter().enumerate() {
+                    let media = [Complex64::new(outer, 0.0), index, Complex64::new(outer, 0.0)];
+                    let exact = |polarization| {
+                        let solved =
+                            solve(&media, &[f64::from(thickness_nm)], &[true], nm, f64::from(cos_theta), polarization)
+                                .unwrap();
+                        let amplitudes = solved.amplitudes.expect("a coherent film has amplitudes");
+                        (amplitudes.r, amplitudes.t)
+                    };
+                    let ((r_s, t_s), (r_p, t_p)) = (exact(Polarization::S), exact(Polarization::P));
+                    let half_turns = 2.0 * index.norm() * f64::from(thickness_nm) / nm;
+                    let tolerance = 3e-6 + std::f64::consts::PI * 2.0 * half_turns * 2.0_f64.powi(-23);
+                    let check = |what: &str, found: f32, expected: f64| {
+                        assert!(
+                            (f64::from(found) - expected).abs() < tolerance,
+                            "{what}: {found} for {expected}; n {index}, {thickness_nm} nm, {angle} deg, {nm} nm"
+                        );
+                    };
+                    for (name, found, s, p) in [("R", &found.reflect, r_s, r_p), ("T", &found.transmit, t_s, t_p)] {
+                        check(&format!("{name}_s"), found[0][i], s.norm_sqr());
+                        check(&format!("{name}_p"), found[1][i], p.norm_sqr());
+                        let cross = s * p.conj();
+                        check(&format!("{name} cross re"), found[2][i], cross.re);
+                        check(&format!("{name} cross im"), found[3][i], cross.im);
+                    }
+                    if table.is_plain() {
+                        check("plain R_s", found.plain[0][i], r_s.norm_sqr());
+                        check("plain R_p", found.plain[1][i], r_p.norm_sqr());
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lossless_films_agree_with_the_multilayer() {
+        for index in [1.0, 1.0003, 1.33, 1.7, 2.4] {
+            compare(Complex64::new(index, 0.0), 1.0, &[0.0, 5.0, 137.0, 400.0, 1000.0, 3000.0]);
+        }
+    }
+
+    #[test]
+    fn absorbing_films_agree_with_the_multilayer() {
+        for index in [Complex64::new(0.27, 2.95), Complex64::new(2.9, 3.0), Complex64::new(1.5, 0.01)] {
+            compare(index, 1.0, &[0.0, 5.0, 40.0, 400.0]);
+        }
+    }
+
+    #[test]
+    fn films_of_air_in_glass_agree_beyond_the_critical_angle_too() {
+        compare(Complex64::new(1.0, 0.0), 1.5, &[0.0, 50.0, 200.0, 800.0]);
+    }
+
+    /// Every level computes the same film to rounding; fused and separate multiplications differ by design.
+    #[test]
+    fn simd_levels_agree() {
+        let nodes = Nodes::new(32, &[]);
+        let count = nodes.len();
+        let fallback = Level::baseline();
+        for index in [Complex64::new(1.33, 0.0), Complex64::new(0.5, 2.0)] {
+            let table = FilmTable::new(&nodes.wavelength_nm, &vec![index; count], &vec![1.0; count]);
+            let wide = kernel(Level::new(), &table, count / 16, 0.6, 700.0);
+            let narrow = kernel(fallback, &table, count / 16, 0.6, 700.0);
+            for (a, b) in wide.reflect.iter().zip(&narrow.reflect).chain(wide.transmit.iter().zip(&narrow.transmit)) {
+                for (a, b) in a.iter().zip(b) {
+                    assert!((a - b).abs() < 2e-6, "{a} {b}");
+                }
+            }
+        }
+    }
+}
