@@ -3,4 +3,17 @@
 pub mod framebuffer;
 pub mod image;
 
+mod camera;
+mod environment;
+mod film;
+mod geometry;
+mod integrator;
+mod lanes;
+mod prepare;
+mod render;
+mod sampler;
+mod spectral;
+mod vector;
+
 pub use framebuffer::{Framebuffer, Progress, RenderError, RenderInfo, RenderOptions};
+pub use render::{render, render_at, simd_level};

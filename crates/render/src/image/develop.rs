@@ -1,10 +1,10 @@
 //! Relative XYZ to encoded RGB: exposure, roll-off of what is too bright, hue-keeping gamut mapping, encoding.
 
+use iridesce_optics::color::gamut::{Gamut, HIGHEST, Mapping};
+use iridesce_optics::color::{Adaptation, Matrix, Space};
 use rayon::prelude::*;
 
 use super::ImageError;
-
-type Matrix = [[f64; 3]; 3];
 
 /// The display spaces a picture can be written in; all have the white D65.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,89 +57,23 @@ impl OutputSpace {
         }
     }
 
-    /// Chromaticities of red, green and blue.
-    fn primaries(self) -> [[f64; 2]; 3] {
+    /// The same in the words of colour.
+    pub(super) fn space(self) -> Space {
         match self {
-            OutputSpace::Srgb => [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]],
-            OutputSpace::DisplayP3 => [[0.680, 0.320], [0.265, 0.690], [0.150, 0.060]],
-            OutputSpace::Rec2020 => [[0.708, 0.292], [0.170, 0.797], [0.131, 0.046]],
+            OutputSpace::Srgb => Space::Srgb,
+            OutputSpace::DisplayP3 => Space::DisplayP3,
+            OutputSpace::Rec2020 => Space::Rec2020,
         }
     }
 
-    /// XYZ of the white, Y = 1.
-    pub(super) fn white(self) -> [f64; 3] {
-        let (x, y) = (0.3127, 0.3290);
-        [x / y, 1.0, (1.0 - x - y) / y]
-    }
-
-    /// Linear RGB to relative XYZ, from primaries and white.
+    /// Linear RGB to relative XYZ.
     pub(super) fn xyz_from_rgb(self) -> Matrix {
-        let columns = self.primaries().map(|[x, y]| [x / y, 1.0, (1.0 - x - y) / y]);
-        let matrix = [0, 1, 2].map(|row| [columns[0][row], columns[1][row], columns[2][row]]);
-        let scale = apply(&inverse(&matrix), self.white());
-        matrix.map(|row| [row[0] * scale[0], row[1] * scale[1], row[2] * scale[2]])
+        self.space().xyz_from_rgb().expect("a display space has primaries")
     }
 
     /// Relative XYZ to linear RGB.
     pub(super) fn rgb_from_xyz(self) -> Matrix {
-        inverse(&self.xyz_from_rgb())
-    }
-
-    /// Linear to encoded value.
-    fn encode(self, linear: f64) -> f64 {
-        match self {
-            OutputSpace::Srgb | OutputSpace::DisplayP3 => {
-                if linear <= 0.003_130_8 {
-                    12.92 * linear
-                } else {
-                    1.055 * linear.powf(1.0 / 2.4) - 0.055
-                }
-            }
-            OutputSpace::Rec2020 => {
-                if linear < REC2020_BETA {
-                    4.5 * linear
-                } else {
-                    REC2020_ALPHA * linear.powf(0.45) - (REC2020_ALPHA - 1.0)
-                }
-            }
-        }
-    }
-
-    /// Parameters g, a, b, c, d of the way back: `(a v + b)^g` from d on, `c v` below.
-    pub(super) fn icc_curve(self) -> [f64; 5] {
-        match self {
-            OutputSpace::Srgb | OutputSpace::DisplayP3 => {
-                [2.4, 1.0 / 1.055, 0.055 / 1.055, 1.0 / 12.92, 12.92 * 0.003_130_8]
-            }
-            OutputSpace::Rec2020 => {
-                let a = 1.0 / REC2020_ALPHA;
-                [1.0 / 0.45, a, (REC2020_ALPHA - 1.0) * a, 1.0 / 4.5, 4.5 * REC2020_BETA]
-            }
-        }
-    }
-}
-
-/// The two constants of ITU-R BT.2020-2, table 4, from its condition that both pieces meet smoothly.
-const REC2020_ALPHA: f64 = 1.099_296_826_809_44;
-const REC2020_BETA: f64 = 0.018_053_968_510_807;
-
-/// What is done with colours that the space cannot hold.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Gamut {
-    /// Keep the hue, give up saturation, then brightness: see [`develop`].
-    Hue,
-    /// Clip each of R, G and B to [0, 1]: hues shift.
-    Clip,
-}
-
-impl Gamut {
-    /// `"hue"` or `"clip"`.
-    pub fn named(name: &str) -> Result<Gamut, ImageError> {
-        match name {
-            "hue" => Ok(Gamut::Hue),
-            "clip" => Ok(Gamut::Clip),
-            _ => Err(ImageError::Argument(format!("gamut must be \"hue\" or \"clip\", got {name:?}"))),
-        }
+        self.space().rgb_from_xyz().expect("a display space has primaries")
     }
 }
 
@@ -151,7 +85,7 @@ pub struct Development {
     /// XYZ are multiplied by 2 to this power, -64 to 64.
     pub exposure: f64,
     /// What is done with colours outside it.
-    pub gamut: Gamut,
+    pub gamut: Mapping,
 }
 
 /// A developed picture.
@@ -159,23 +93,22 @@ pub struct Development {
 pub struct Developed {
     /// Encoded RGB in [0, 1], three floats a pixel; never NaN.
     pub rgb: Vec<f32>,
-    /// Share of pixels that had to be moved, 0 to 1: some linear component is below 0 or above 1 by more than 1e-5.
+    /// Share of pixels that lay outside the space and had to be moved, 0 to 1 (see `optics::color::Gamut`).
     pub out_of_gamut: f64,
-    /// Share of pixels too bright for the space: some linear component is above 1 by more than 1e-5.
+    /// Share of pixels too bright for the space: some linear component was above 1.
     pub overexposed: f64,
 }
 
-/// Rounding of f32 sums puts a white of exactly 1 this far outside at most; such pixels are not counted.
-const TOLERANCE: f64 = 1e-5;
-
 /// Relative XYZ, three floats a pixel, to encoded RGB.
 ///
-/// Colours inside the space at the chosen exposure come out exactly. With [`Gamut::Hue`] the others keep their Oklab
-/// hue, in two steps:
-/// 1. a colour with negative components loses chroma, at the same lightness, until none is negative;
-/// 2. a colour whose largest component is m > 1 is scaled to 1 (which moves no hue: Oklab is homogeneous in light) and
-///    then goes the share 1 - 1/m of the straight line to white: highlights whiten as on film instead of turning into
-///    the nearest corner of the cube. The lightness so found is continuous in m and close to the colour's own just above 1.
+/// Colours inside the space at the chosen exposure come out exactly. With [`Mapping::Hue`] the others keep their Oklab
+/// hue:
+/// - a colour with negative components loses chroma, at the same lightness, until it fits;
+/// - a colour whose largest component is m > 1 is scaled by 1/m (which moves no hue: Oklab is homogeneous in light) and
+///   then goes the share 1 - 1/m of the straight line to white. Highlights whiten as on film, instead of turning into
+///   the nearest corner of the cube or all into the same white; just above 1 nothing jumps.
+///
+/// With [`Mapping::Clip`] each component is clipped to [0, 1]: what other programs do, hues shift.
 ///
 /// NaN counts as 0, so that one bad pixel is a black one and not a broken file.
 pub fn develop(xyz: &[f32], how: &Development) -> Result<Developed, ImageError> {
@@ -189,22 +122,21 @@ pub fn develop(xyz: &[f32], how: &Development) -> Result<Developed, ImageError> 
         )));
     }
     let gain = how.exposure.exp2();
-    let mapper = Mapper::new(how.space);
+    let rgb_from_xyz = how.space.rgb_from_xyz();
+    let (space, hue, clip) = (how.space.space(), Mapper::new(how.space), Gamut::new(how.space.space(), how.gamut));
+    let clip = clip.expect("a display space has primaries");
     let mut rgb = vec![0.0; xyz.len()];
     // Counts are integers: the same whatever the order the threads add them in.
     let (outside, over) = rgb
         .par_chunks_exact_mut(3)
         .zip(xyz.par_chunks_exact(3))
         .map(|(out, xyz)| {
-            let linear = apply(&mapper.rgb_from_xyz, [0, 1, 2].map(|i| sound(xyz[i]) * gain));
-            let over = linear.iter().any(|v| *v > 1.0 + TOLERANCE);
-            let outside = over || linear.iter().any(|v| *v < -TOLERANCE);
-            let inside = match how.gamut {
-                Gamut::Hue if outside => mapper.keep_hue(linear),
-                _ => linear,
-            };
-            for (to, value) in out.iter_mut().zip(inside) {
-                *to = how.space.encode(value.clamp(0.0, 1.0)).clamp(0.0, 1.0) as f32;
+            let linear = apply(&rgb_from_xyz, [0, 1, 2].map(|i| sound(xyz[i]) * gain));
+            let (mapped, outside) = clip.map(linear);
+            let over = linear.iter().any(|v| *v > HIGHEST);
+            let inside = if over && how.gamut == Mapping::Hue { hue.map(linear) } else { mapped };
+            for (to, value) in out.iter_mut().zip(space.encode(inside)) {
+                *to = value.clamp(0.0, 1.0) as f32;
             }
             (u64::from(outside), u64::from(over))
         })
@@ -259,90 +191,183 @@ fn sound(value: f32) -> f64 {
     if value.is_nan() { 0.0 } else { f64::from(value.clamp(f32::MIN, f32::MAX)) }
 }
 
-/// The matrices of one space.
+/// Hue-keeping mapping into one space.
 struct Mapper {
+    cube: Gamut,
+    xyz_from_rgb: Matrix,
     rgb_from_xyz: Matrix,
-    lms_from_rgb: Matrix,
-    rgb_from_lms: Matrix,
+    white: [f64; 3],
 }
 
 impl Mapper {
     fn new(space: OutputSpace) -> Mapper {
-        let lms_from_rgb = multiply(&LMS_FROM_XYZ, &space.xyz_from_rgb());
-        Mapper { rgb_from_xyz: space.rgb_from_xyz(), lms_from_rgb, rgb_from_lms: inverse(&lms_from_rgb) }
+        let cube = Gamut::new(space.space(), Mapping::Hue).expect("a display space has primaries");
+        let (xyz_from_rgb, rgb_from_xyz) = (space.xyz_from_rgb(), space.rgb_from_xyz());
+        // White as the Oklab matrices see it, so that greys stay exactly grey on their way to it.
+        Mapper { cube, xyz_from_rgb, rgb_from_xyz, white: oklab(apply(&xyz_from_rgb, [1.0; 3])) }
     }
 
-    fn oklab(&self, rgb: [f64; 3]) -> [f64; 3] {
-        apply(&OKLAB_FROM_LMS, apply(&self.lms_from_rgb, rgb).map(f64::cbrt))
-    }
-
-    fn rgb(&self, oklab: [f64; 3]) -> [f64; 3] {
-        apply(&self.rgb_from_lms, apply(&inverse(&OKLAB_FROM_LMS), oklab).map(|v| v * v * v))
-    }
-
-    /// The nearest colour of the same Oklab lightness and hue without components below 0 (and, if `cube`, above 1).
-    fn reduce_chroma(&self, rgb: [f64; 3], cube: bool) -> [f64; 3] {
-        let holds = |c: [f64; 3]| c.iter().all(|v| *v >= 0.0 && (!cube || *v <= 1.0));
-        if holds(rgb) {
-            return rgb;
-        }
-        let [lightness, a, b] = self.oklab(rgb);
-        let with = |share: f64| self.rgb([lightness, share * a, share * b]);
-        let (mut inside, mut outside) = (0.0, 1.0);
-        // 30 halvings: 1e-9 of the chroma, far below a 16-bit step.
-        for _ in 0..30 {
-            let middle = 0.5 * (inside + outside);
-            if holds(with(middle)) {
-                inside = middle;
-            } else {
-                outside = middle;
-            }
-        }
-        with(inside)
-    }
-
-    fn keep_hue(&self, rgb: [f64; 3]) -> [f64; 3] {
-        if self.oklab(rgb)[0] <= 0.0 {
-            return [0.0; 3]; // darker than black: no colour of that lightness
-        }
-        let positive = self.reduce_chroma(rgb, false);
-        let largest = positive.into_iter().fold(0.0, f64::max);
+    fn map(&self, rgb: [f64; 3]) -> [f64; 3] {
+        let largest = rgb.into_iter().fold(0.0, f64::max);
         if largest <= 1.0 {
-            return positive;
+            return self.cube.map(rgb).0;
         }
-        let [lightness, a, b] = self.oklab(positive.map(|v| v / largest));
-        let colour = 1.0 / largest;
-        let faded = self.rgb([1.0 + colour * (lightness - 1.0), colour * a, colour * b]);
-        self.reduce_chroma(faded, true)
+        let (scaled, _) = self.cube.map(rgb.map(|v| v / largest));
+        let colour = oklab(apply(&self.xyz_from_rgb, scaled));
+        let share = 1.0 / largest;
+        let faded = [0, 1, 2].map(|i| self.white[i] + share * (colour[i] - self.white[i]));
+        // The boundary between the colour and white may bulge inwards: the straight line may leave the cube again.
+        self.cube.map(apply(&self.rgb_from_xyz, Space::Oklab.to_xyz(faded, [1.0; 3], Adaptation::None))).0
     }
 }
 
-/// Oklab (B. Ottosson, "A perceptual color space for image processing", 2020), from XYZ under D65.
-const LMS_FROM_XYZ: Matrix = [
-    [0.818_933_010_1, 0.361_866_742_4, -0.128_859_713_7],
-    [0.032_984_543_6, 0.929_311_871_5, 0.036_145_638_7],
-    [0.048_200_301_8, 0.264_366_269_1, 0.633_851_707_0],
-];
-const OKLAB_FROM_LMS: Matrix = [
-    [0.210_454_255_3, 0.793_617_785_0, -0.004_072_046_8],
-    [1.977_998_495_1, -2.428_592_205_0, 0.450_593_709_9],
-    [0.025_904_037_1, 0.782_771_766_2, -0.808_675_766_0],
-];
+fn oklab(xyz: [f64; 3]) -> [f64; 3] {
+    Space::Oklab.from_xyz(xyz, [1.0; 3], Adaptation::None)
+}
 
 pub(super) fn apply(matrix: &Matrix, v: [f64; 3]) -> [f64; 3] {
     matrix.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
-pub(super) fn multiply(a: &Matrix, b: &Matrix) -> Matrix {
-    a.map(|row| [0, 1, 2].map(|j| row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]))
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// By cofactors; the matrices here are well conditioned.
-pub(super) fn inverse(m: &Matrix) -> Matrix {
-    let cofactor = |r: usize, c: usize| {
-        let (r1, r2, c1, c2) = ((r + 1) % 3, (r + 2) % 3, (c + 1) % 3, (c + 2) % 3);
-        m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1]
-    };
-    let determinant = (0..3).map(|c| m[0][c] * cofactor(0, c)).sum::<f64>();
-    [0, 1, 2].map(|row| [0, 1, 2].map(|column| cofactor(column, row) / determinant))
+    fn how(space: OutputSpace, exposure: f64, gamut: Mapping) -> Development {
+        Development { space, exposure, gamut }
+    }
+
+    /// XYZ of linear RGB in f32, as a picture holds it.
+    fn xyz(space: OutputSpace, rgb: [f64; 3]) -> [f32; 3] {
+        apply(&space.xyz_from_rgb(), rgb).map(|v| v as f32)
+    }
+
+    /// Lightness, chroma, hue (radians) in Oklab.
+    fn lch(space: OutputSpace, encoded: [f64; 3]) -> [f64; 3] {
+        let [l, a, b] = oklab(apply(&space.xyz_from_rgb(), space.space().decode(encoded)));
+        [l, a.hypot(b), b.atan2(a)]
+    }
+
+    fn one(space: OutputSpace, linear: [f64; 3], exposure: f64, gamut: Mapping) -> [f64; 3] {
+        let developed = develop(&xyz(space, linear), &how(space, exposure, gamut)).unwrap();
+        [0, 1, 2].map(|i| f64::from(developed.rgb[i]))
+    }
+
+    #[test]
+    fn colours_inside_are_exact_at_their_exposure() {
+        for space in OutputSpace::ALL {
+            for gamut in [Mapping::Hue, Mapping::Clip] {
+                for linear in [[0.0; 3], [1.0; 3], [0.2, 0.7, 0.05], [0.999, 0.0, 0.5], [1e-3, 2e-3, 0.0]] {
+                    for exposure in [-3.0_f64, 0.0, 2.5] {
+                        let wanted = space.space().encode(linear);
+                        let got = one(space, linear.map(|v| v / exposure.exp2()), exposure, gamut);
+                        for i in 0..3 {
+                            // f32 XYZ: 1e-7 relative, times the gain of the matrix and of the curve near black (12.92).
+                            assert!((got[i] - wanted[i]).abs() < 4e-6, "{space:?} {linear:?}: {got:?} for {wanted:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn hue_is_kept_out_of_gamut_and_too_bright() {
+        for space in OutputSpace::ALL {
+            for linear in [[0.5, -0.05, 0.1], [2.0, 0.4, 0.1], [0.1, 0.2, 5.0], [3.0, -0.2, 1.0], [0.6, 1.4, 0.3]] {
+                let mapped = one(space, linear, 0.0, Mapping::Hue);
+                assert!(mapped.iter().all(|v| (0.0..=1.0).contains(v)));
+                let [_, _, wanted] = {
+                    let [l, a, b] = oklab(apply(&space.xyz_from_rgb(), linear));
+                    [l, a.hypot(b), b.atan2(a)]
+                };
+                let [_, chroma, hue] = lch(space, mapped);
+                let turn = ((hue - wanted) / std::f64::consts::TAU).fract();
+                let turn = turn - turn.round();
+                assert!(chroma > 0.01 && turn.abs() < 2e-3, "{space:?} {linear:?}: {mapped:?} turned by {turn}");
+            }
+            // Clipping does turn it: the test above can fail.
+            let clipped = lch(space, one(space, [2.0, 0.4, 0.1], 0.0, Mapping::Clip))[2];
+            let kept = lch(space, one(space, [2.0, 0.4, 0.1], 0.0, Mapping::Hue))[2];
+            assert!((clipped - kept).abs() > 0.05, "{clipped} {kept}");
+        }
+    }
+
+    #[test]
+    fn highlights_go_to_white_without_a_jump() {
+        let colour = [1.0, 0.45, 0.05];
+        let mut last = lch(OutputSpace::Srgb, OutputSpace::Srgb.space().encode(colour.map(|v| 0.98 * v)));
+        for step in -40..400 {
+            let factor = (0.01 * f64::from(step)).exp2();
+            let now = lch(OutputSpace::Srgb, one(OutputSpace::Srgb, colour.map(|v| v * factor), 0.0, Mapping::Hue));
+            assert!(step == -40 || now[0] >= last[0] - 1e-5, "{factor}: lightness fell from {} to {}", last[0], now[0]);
+            assert!(step == -40 || (now[0] - last[0]).abs() + (now[1] - last[1]).abs() < 0.01, "a jump at {factor}");
+            last = now;
+        }
+        let white = one(OutputSpace::Srgb, colour.map(|v| v * 1e6), 0.0, Mapping::Hue);
+        assert!(white.iter().all(|v| *v > 0.999), "{white:?}");
+        assert!(last[1] < 0.02 && last[1] > 0.0, "four stops over there is a breath of colour left: {last:?}");
+        assert_eq!(one(OutputSpace::Srgb, [3.0; 3], 0.0, Mapping::Hue), [1.0; 3]);
+    }
+
+    #[test]
+    fn shares_count_pixels() {
+        let pixels = [[0.5, 0.5, 0.5], [-0.1, 0.5, 0.2], [2.0, 0.5, 0.5], [1.0, 1.0, 1.0]];
+        let xyz: Vec<f32> = pixels.into_iter().flat_map(|rgb| xyz(OutputSpace::Srgb, rgb)).collect();
+        for gamut in [Mapping::Hue, Mapping::Clip] {
+            let developed = develop(&xyz, &how(OutputSpace::Srgb, 0.0, gamut)).unwrap();
+            assert_eq!((developed.out_of_gamut, developed.overexposed), (0.5, 0.25));
+        }
+        // The same green is inside Rec.2020.
+        let developed = develop(&xyz[3..6], &how(OutputSpace::Rec2020, 0.0, Mapping::Hue)).unwrap();
+        assert_eq!(developed.out_of_gamut, 0.0);
+    }
+
+    #[test]
+    fn nothing_makes_a_nan() {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, f32::MIN_POSITIVE] {
+            for xyz in [[bad, 0.5, 0.5], [0.5, bad, 0.5], [bad; 3]] {
+                for (space, exposure) in [(OutputSpace::Srgb, 64.0), (OutputSpace::Rec2020, -64.0)] {
+                    for gamut in [Mapping::Hue, Mapping::Clip] {
+                        let rgb = develop(&xyz, &how(space, exposure, gamut)).unwrap().rgb;
+                        assert!(rgb.iter().all(|v| (0.0..=1.0).contains(v)), "{xyz:?}: {rgb:?}");
+                    }
+                }
+                assert!(auto_exposure(&xyz, &[]).unwrap().is_finite());
+            }
+        }
+        assert!(develop(&[], &how(OutputSpace::Srgb, 0.0, Mapping::Hue)).unwrap().rgb.is_empty());
+        assert_eq!(auto_exposure(&[], &[]).unwrap(), 0.0);
+    }
+
+    #[test]
+    fn wrong_arguments_are_named() {
+        for exposure in [f64::NAN, f64::INFINITY, 64.5, -1e9] {
+            let error = develop(&[0.0; 3], &how(OutputSpace::Srgb, exposure, Mapping::Hue)).unwrap_err().to_string();
+            assert!(error.contains("-64 to 64 stops") && error.contains(&exposure.to_string()), "{error}");
+        }
+        let error = develop(&[0.0; 4], &how(OutputSpace::Srgb, 0.0, Mapping::Hue)).unwrap_err();
+        assert!(error.to_string().contains("got 4"));
+        assert!(OutputSpace::named("SRGB").unwrap_err().to_string().contains("\"rec2020\", got \"SRGB\""));
+        assert!(auto_exposure(&[0.0; 6], &[1.0]).is_err());
+    }
+
+    #[test]
+    fn the_meter_reads_surfaces_not_lamps() {
+        // 900 grey surface pixels of 0.25 to 0.5, 90 of a lamp at 1000 in the background, 10 bright ones on the surface.
+        let mut grey: Vec<f32> = (0..900).map(|i| 0.25 + 0.25 * i as f32 / 899.0).collect();
+        grey.extend(vec![1000.0; 90]);
+        grey.extend(vec![7.0; 10]);
+        let mut depth = vec![4.0; 1000];
+        depth[900..990].fill(f32::INFINITY);
+        let xyz: Vec<f32> = grey.iter().flat_map(|g| xyz(OutputSpace::Srgb, [f64::from(*g); 3])).collect();
+        // 910 metered: rank 899 (of 0 to 909) is 0.5 exactly; log2(0.9 / 0.5) = 0.848.
+        assert_eq!(auto_exposure(&xyz, &depth).unwrap(), 0.85);
+        // Without a surface all pixels count: the lamp.
+        assert_eq!(auto_exposure(&xyz, &[]).unwrap(), -10.12);
+        depth.fill(f32::INFINITY);
+        depth[..9].fill(1.0);
+        assert_eq!(auto_exposure(&xyz, &depth).unwrap(), -10.12, "surfaces of less than a hundredth do not count");
+        assert_eq!(auto_exposure(&[0.0; 30], &[]).unwrap(), 0.0);
+    }
 }

@@ -2,21 +2,19 @@
 //!
 //! Source: ICC.1:2022, "Image technology colour management": header (7.2), tag types (10), chromatic adaptation (annex E).
 
+use iridesce_optics::color::{D65_XY, Matrix, bradford, xyz_of_xy};
+
 use super::OutputSpace;
-use super::develop::{apply, inverse, multiply};
 
 /// White of the profile connection space, D50, as the specification states it (7.2.16).
 const PCS_WHITE: [f64; 3] = [0.9642, 1.0, 0.8249];
 
-/// The linear Bradford cone responses (annex E.2 of the specification).
-const BRADFORD: [[f64; 3]; 3] = [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
-
 /// The profile of a space, always the same bytes.
 pub fn profile(space: OutputSpace) -> Vec<u8> {
-    let to_pcs = adaptation(space.white());
+    let to_pcs = bradford(xyz_of_xy(D65_XY), PCS_WHITE);
     let primaries = multiply(&to_pcs, &space.xyz_from_rgb());
     let column = |i: usize| xyz_tag([primaries[0][i], primaries[1][i], primaries[2][i]]);
-    let curve = curve_tag(space.icc_curve());
+    let curve = curve_tag(curve(space));
     let tags: [(&[u8; 4], Vec<u8>); 10] = [
         (b"desc", text_tag(space.title())),
         (b"cprt", text_tag("No copyright, use freely")),
@@ -110,15 +108,20 @@ fn text_tag(text: &str) -> Vec<u8> {
     bytes
 }
 
-/// Bradford adaptation from a white to the profile connection space.
-fn adaptation(white: [f64; 3]) -> [[f64; 3]; 3] {
-    let from = apply(&BRADFORD, white);
-    let to = apply(&BRADFORD, PCS_WHITE);
-    let mut scaled = BRADFORD;
-    for (row, (t, f)) in scaled.iter_mut().zip(to.into_iter().zip(from)) {
-        row.iter_mut().for_each(|v| *v *= t / f);
+fn multiply(a: &Matrix, b: &Matrix) -> Matrix {
+    a.map(|row| [0, 1, 2].map(|j| row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]))
+}
+
+/// The way from encoded to linear values, as the parameters g, a, b, c, d of [`curve_tag`]: the decoding of
+/// IEC 61966-2-1, and that of ITU-R BT.2020-2 with the constants of its table 4 to more digits.
+fn curve(space: OutputSpace) -> [f64; 5] {
+    match space {
+        OutputSpace::Srgb | OutputSpace::DisplayP3 => [2.4, 1.0 / 1.055, 0.055 / 1.055, 1.0 / 12.92, 0.04045],
+        OutputSpace::Rec2020 => {
+            let (alpha, beta) = (1.099_296_826_809_44, 0.018_053_968_510_807);
+            [1.0 / 0.45, 1.0 / alpha, (alpha - 1.0) / alpha, 1.0 / 4.5, 4.5 * beta]
+        }
     }
-    multiply(&inverse(&BRADFORD), &scaled)
 }
 
 #[cfg(test)]
@@ -152,6 +155,20 @@ mod tests {
         let red = numbers(tag_of(&profile(OutputSpace::DisplayP3), b"rXYZ"), 8);
         for (got, wanted) in red.into_iter().zip([0.5151, 0.2412, -0.0011]) {
             assert!((got - wanted).abs() < 1e-4, "{got} for {wanted}");
+        }
+    }
+    #[test]
+    fn the_curve_undoes_the_encoding() {
+        for space in OutputSpace::ALL {
+            let profile = profile(space);
+            let [g, a, b, c, d] = numbers(tag_of(&profile, b"gTRC"), 12).try_into().unwrap();
+            for i in 0..=1000 {
+                let encoded = f64::from(i) / 1000.0;
+                let linear = if encoded >= d { (a * encoded + b).powf(g) } else { c * encoded };
+                let wanted = space.space().decode([encoded; 3])[0];
+                // Parameters are kept to 1/65536.
+                assert!((linear - wanted).abs() < 5e-5, "{space:?} {encoded}: {linear} for {wanted}");
+            }
         }
     }
 }

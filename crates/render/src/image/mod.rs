@@ -9,7 +9,7 @@ mod icc;
 mod png_file;
 mod whole_file;
 
-pub use develop::{Developed, Development, Gamut, OutputSpace, auto_exposure, develop};
+pub use develop::{Developed, Development, OutputSpace, auto_exposure, develop};
 pub use exr_file::{Planes, write_exr};
 pub use png_file::{BitDepth, png_bytes, write_png};
 pub use whole_file::check_output;
