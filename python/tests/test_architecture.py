@@ -74,7 +74,7 @@ def test_a_forbidden_edge_is_seen() -> None:
     assert forbidden_edges(packages) == ["iridesce-optics -> iridesce-scene"]
 
 
-# --- order of the modules of optics ------------------------------------------------------------------------------
+# --- order of the modules of optics
 
 
 def without_tests(text: str) -> str:
@@ -156,7 +156,7 @@ def test_a_backward_use_is_seen() -> None:
     assert backward_uses(sources, lib) == ["film.rs -> stack", "medium/yaml.rs -> film"]
 
 
-# --- licences ----------------------------------------------------------------------------------------------------
+# --- licences
 
 
 def is_permissive(expression: str) -> bool:
@@ -254,7 +254,7 @@ def test_our_licences_are_stated_and_present() -> None:
         assert opening in (ROOT / name).read_text()[:100]
 
 
-# --- what must not be in the repository ---------------------------------------------------------------------------
+# --- what must not be in the repository
 
 
 def test_no_file_names_the_machine_it_was_written_on() -> None:

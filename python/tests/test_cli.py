@@ -52,7 +52,7 @@ def on_terminal(*arguments: str, cwd: Path, **env: str) -> str:
     return shown.decode()
 
 
-# --- help and usage ---------------------------------------------------------------------------------------------------
+# --- help and usage
 
 
 def test_help_names_every_verb(iridesce: Run) -> None:
@@ -104,7 +104,7 @@ def test_wrong_usage(iridesce: Run, tmp_path: Path, arguments: tuple[str, ...]) 
     assert list(tmp_path.iterdir()) == []
 
 
-# --- render ------------------------------------------------------------------------------------------------------------
+# --- render
 
 
 def test_render_writes_both_pictures(iridesce: Run, tmp_path: Path) -> None:
@@ -221,7 +221,7 @@ def test_ctrl_c(tmp_path: Path, delay_s: float) -> None:
     assert (tmp_path / "soap-bubble.png").read_bytes() == b"precious"
 
 
-# --- scenes -------------------------------------------------------------------------------------------------------------
+# --- scenes
 
 
 def test_scenes_lists_the_built_in_ones(iridesce: Run) -> None:
@@ -246,7 +246,8 @@ def test_check_prints_a_scene_that_reads_back(iridesce: Run, tmp_path: Path, pat
 
 def test_check_fills_in_the_defaults(iridesce: Run, tmp_path: Path) -> None:
     (tmp_path / "least.toml").write_text(
-        "version = 1\n[camera]\nposition = [0, 0, 16]\n[[object]]\nname = 'a'\nshape = { sphere = { radius = 4.0 } }\n"
+        "version = 1\n[camera]\nposition = [0, 0, 16]\n[[object]]\nname = 'a'\n"
+        "shape = { sphere = { radius = 4.0 } }\n"
         "surface = { film = { medium = 'soap', thickness_nm = 300 } }\n[[light]]\nenvironment = { builtin = 'studio' }\n"
     )
     finished = iridesce("check", "least.toml")
@@ -288,7 +289,7 @@ def test_an_unknown_scene_is_refused(iridesce: Run, scene: str, said: str) -> No
     assert said in finished.stderr
 
 
-# --- numbers ------------------------------------------------------------------------------------------------------------
+# --- numbers
 
 
 def test_color_is_that_of_the_library(iridesce: Run) -> None:

@@ -1,8 +1,8 @@
 """Every code block of the documentation runs, and every link of it leads somewhere.
 
-Languages: `python` blocks are doctests (or plain code), one namespace a file; `console` blocks are `$ command` with its
-output; `bash` blocks are run line by line; `toml` blocks are scenes, saved under the name that the text before them gives;
-`text` is not run. All blocks of a file share one temporary folder.
+Languages: `python` blocks are doctests (or plain code), one namespace a file; `console` blocks are `$ command` with
+its output; `bash` blocks are run line by line; `toml` blocks are scenes, saved under the name that the text before them
+gives; `text` is not run. All blocks of a file share one temporary folder.
 """
 
 from __future__ import annotations

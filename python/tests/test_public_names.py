@@ -24,7 +24,7 @@ def is_public(name: str) -> bool:
     return not name.startswith("_")
 
 
-# --- _core.pyi says what _core is -----------------------------------------------------------------------------------
+# --- _core.pyi says what _core is
 
 
 def stub_members(body: list[ast.stmt]) -> dict[str, ast.stmt]:
@@ -72,7 +72,7 @@ def test_stub_functions_take_what_core_takes() -> None:
     assert compared > 0
 
 
-# --- public Python --------------------------------------------------------------------------------------------------
+# --- public Python
 
 
 def modules() -> list[ModuleType]:
