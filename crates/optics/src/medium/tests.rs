@@ -368,7 +368,7 @@ fn yaml_hostile() {
         ("\u{0}\u{1}\u{2}".into(), "m.yml"),
         ("{[1]: 2}".into(), "m.yml:1: a key must be a word"),
         (deep, "m.yml:1:"),
-        (deep_block, "m.yml:34: nested deeper than 32 levels"),
+        (deep_block, "m.yml:33: nested deeper than 32 levels"),
         (bomb.into(), "aliases"),
         (many_keys, "more than 256 keys"),
         (open_tags, "m.yml: holds no refractive index n"),
