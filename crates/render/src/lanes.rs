@@ -25,7 +25,7 @@ impl Lanes {
 }
 
 /// A whole spectrum in blocks of sixteen; the length must be a multiple of sixteen.
-pub fn blocks(values: impl ExactSizeIterator<Item = f64>) -> Vec<Lanes> {
+pub fn blocks(values: impl Iterator<Item = f64>) -> Vec<Lanes> {
     let values: Vec<f64> = values.collect();
     values.chunks(LANES).map(|chunk| Lanes(std::array::from_fn(|i| chunk[i] as f32))).collect()
 }

@@ -1,6 +1,7 @@
 //! The CPU renderer: camera, intersection, film optics in f32, integrator, image.
 
 pub mod framebuffer;
+pub mod image;
 
 mod camera;
 mod environment;
@@ -8,6 +9,7 @@ mod film;
 mod geometry;
 mod integrator;
 mod lanes;
+mod lights;
 mod prepare;
 mod render;
 mod sampler;

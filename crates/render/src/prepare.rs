@@ -1,16 +1,15 @@
 //! From a validated scene to flat arrays that the integrator walks: nothing here depends on a ray.
 
-use iridesce_optics::color::{Illuminant, Observer, rgb_basis};
 use iridesce_optics::{Complex64, Medium, OpticsError};
 use iridesce_scene::{EnvironmentSource, Light, Scene, Shape, Surface};
 use iridesce_thickness::ThicknessModel;
 
 use crate::camera::RayCamera;
-use crate::environment::MapLookup;
 use crate::film::FilmTable;
 use crate::framebuffer::{RenderError, RenderOptions};
 use crate::geometry::Sphere;
-use crate::lanes::{Lanes, blocks};
+use crate::lanes::Lanes;
+use crate::lights::Lights;
 use crate::spectral::{MAX_NODES, Nodes, node_count};
 use crate::vector::Vec3;
 
@@ -25,10 +24,8 @@ pub struct Prepared {
     /// Shape and surface of object i stand at index i of both.
     pub spheres: Vec<Sphere>,
     pub films: Vec<FilmSurface>,
-    pub lights: Vec<PreparedLight>,
-    /// Spectra of linear Rec.709 red, green and blue relative to D65, at the nodes.
-    pub basis: [Vec<Lanes>; 3],
-    /// Y of an unpolarised path's s and p weights under all lights together; sums to 1/2 for each.
+    pub lights: Lights,
+    /// Luminance of a path's s and p weights; sums to 1/2.
     pub importance: Vec<Lanes>,
 }
 
@@ -53,20 +50,6 @@ impl FilmSurface {
     }
 }
 
-/// A light with the weights that turn a path's spectrum into XYZ (halved: they meet s + p).
-pub struct PreparedLight {
-    pub weights: [Vec<Lanes>; 3],
-    pub radiance: Radiance,
-}
-
-/// How the radiance of a light depends on direction.
-pub enum Radiance {
-    /// Not at all; XYZ of the bare light.
-    Uniform { xyz: [f32; 3] },
-    /// By a map; XYZ of the bare map's red, green and blue.
-    Map { lookup: MapLookup, factor: f32, rgb_to_xyz: [[f32; 3]; 3] },
-}
-
 /// The number of the medium that cameras stand in and scenes are surrounded by: n = 1.
 pub const SURROUNDING: u16 = 0;
 
@@ -80,7 +63,7 @@ impl Prepared {
         for object in &scene.objects {
             let Shape::Sphere { center, radius } = object.shape;
             let Surface::Film(film) = &object.surface;
-            spheres.push(Sphere { center: center.into(), radius });
+            spheres.push(Sphere::new(center.into(), radius));
             let inside = indices(&film.medium, &nodes)?;
             let outside = indices(&film.outside, &nodes)?;
             let number = media.iter().position(|known| *known == outside).unwrap_or_else(|| {
@@ -96,10 +79,7 @@ impl Prepared {
                 outside: number as u16,
             });
         }
-        let basis: [Vec<Lanes>; 3] =
-            std::array::from_fn(|channel| blocks(nodes.wavelength_nm.iter().map(|&nm| rgb_basis(nm)[channel])));
-        let lights: Vec<PreparedLight> =
-            scene.lights.iter().map(|light| prepare_light(light, &nodes, &basis)).collect::<Result<_, _>>()?;
+        let lights = Lights::new(&scene.lights, &nodes)?;
         Ok(Prepared {
             camera: RayCamera::new(&scene.camera, width, height),
             width,
@@ -109,9 +89,8 @@ impl Prepared {
             max_depth: scene.render.max_depth,
             spheres,
             films,
-            importance: importance(&lights, nodes.len()),
+            importance: lights.importance(),
             lights,
-            basis,
         })
     }
 }
@@ -148,58 +127,4 @@ fn nodes_for(scene: &Scene) -> Result<Nodes, RenderError> {
 
 fn indices(medium: &Medium, nodes: &Nodes) -> Result<Vec<Complex64>, OpticsError> {
     nodes.wavelength_nm.iter().map(|&nm| medium.index_extended(nm).map(|(n, _)| n)).collect()
-}
-
-fn prepare_light(light: &Light, nodes: &Nodes, basis: &[Vec<Lanes>; 3]) -> Result<PreparedLight, RenderError> {
-    let Light::Environment(environment) = light;
-    let factor = environment.radiance;
-    match &environment.source {
-        EnvironmentSource::Uniform(illuminant) => {
-            let weights = halved(illuminant, nodes, factor);
-            let xyz = std::array::from_fn(|c| 2.0 * total(&weights[c]));
-            Ok(PreparedLight { weights, radiance: Radiance::Uniform { xyz } })
-        }
-        EnvironmentSource::Map(map) => {
-            let weights = halved(&Illuminant::named("D65")?, nodes, 1.0);
-            let rgb_to_xyz = std::array::from_fn(|rgb| {
-                std::array::from_fn(|c| {
-                    let products = weights[c]
-                        .iter()
-                        .zip(&basis[rgb])
-                        .flat_map(|(w, f)| w.0.iter().zip(&f.0).map(|(w, f)| 2.0 * f64::from(*w) * f64::from(*f)));
-                    products.sum::<f64>() as f32
-                })
-            });
-            let lookup = MapLookup::new(map.clone(), environment.rotation_deg);
-            Ok(PreparedLight { weights, radiance: Radiance::Map { lookup, factor: factor as f32, rgb_to_xyz } })
-        }
-    }
-}
-
-/// Weights that meet s + p: half of those that meet the mean.
-fn halved(illuminant: &Illuminant, nodes: &Nodes, factor: f64) -> [Vec<Lanes>; 3] {
-    nodes
-        .weights(illuminant, Observer::Cie1931)
-        .map(|w| blocks(w.iter().map(|&v| 0.5 * factor * f64::from(v)).collect::<Vec<_>>().into_iter()))
-}
-
-fn total(weights: &[Lanes]) -> f32 {
-    weights.iter().flat_map(|l| l.0).map(f64::from).sum::<f64>() as f32
-}
-
-/// The Y weights of all lights together, scaled to a sum of 1/2; equal weights where every light is dark.
-fn importance(lights: &[PreparedLight], nodes: usize) -> Vec<Lanes> {
-    let mut sum = vec![0.0_f64; nodes];
-    for light in lights {
-        // Weights are of either sign at the ends of the range, where a cardinal spline may dip below zero;
-        // a choice by luminance must follow them exactly, or a white furnace would not stay white.
-        let own: f64 = light.weights[1].iter().flat_map(|l| l.0).map(f64::from).sum();
-        if own > 0.0 {
-            for (to, from) in sum.iter_mut().zip(light.weights[1].iter().flat_map(|l| l.0)) {
-                *to += f64::from(from) / own;
-            }
-        }
-    }
-    let all: f64 = sum.iter().sum();
-    if all > 0.0 { blocks(sum.iter().map(|v| 0.5 * v / all)) } else { blocks(sum.iter().map(|_| 0.5 / nodes as f64)) }
 }

@@ -57,7 +57,7 @@ impl Nodes {
     }
 
     /// Weights of X, Y, Z at every node for a light with this illuminant's spectrum, scaled to Y = 1.
-    pub fn weights(&self, illuminant: &Illuminant, observer: Observer) -> [Vec<f32>; 3] {
+    pub fn weights(&self, illuminant: &Illuminant, observer: Observer) -> [Vec<f64>; 3] {
         let mut weights = [vec![0.0_f64; self.len()], vec![0.0; self.len()], vec![0.0; self.len()]];
         let samples: Vec<(f64, [f64; 3])> = (FROM_NM as u32..=TO_NM as u32)
             .map(|nm| {
@@ -87,7 +87,7 @@ impl Nodes {
         }
         let total: f64 = weights[1].iter().sum();
         let scale = if total > 0.0 { 1.0 / total } else { 0.0 };
-        weights.map(|w| w.into_iter().map(|v| (v * scale) as f32).collect())
+        weights.map(|w| w.into_iter().map(|v| v * scale).collect())
     }
 }
 
@@ -162,7 +162,7 @@ mod tests {
     fn white_is_the_white_of_the_one_nanometre_sum() {
         let d65 = Illuminant::named("D65").unwrap();
         let weights = Nodes::new(32, &[]).weights(&d65, Observer::Cie1931);
-        let xyz = weights.map(|w| w.iter().map(|&v| f64::from(v)).sum::<f64>());
+        let xyz = weights.map(|w| w.iter().sum::<f64>());
         let mut sums = [0.0; 3];
         for nm in 360..=830 {
             let at = Observer::Cie1931.at(f64::from(nm));
@@ -171,7 +171,7 @@ mod tests {
             }
         }
         for c in 0..3 {
-            assert!((xyz[c] - sums[c] / sums[1]).abs() < 1e-6, "{xyz:?} {sums:?}");
+            assert!((xyz[c] - sums[c] / sums[1]).abs() < 1e-12, "{xyz:?} {sums:?}");
         }
     }
 
@@ -183,7 +183,7 @@ mod tests {
         assert_eq!(nodes.len(), 48);
         assert_eq!(nodes.wavelength_nm[32..34], [589.158, 589.756]);
         let y = &nodes.weights(&sodium, Observer::Cie1931)[1];
-        assert!((y.iter().sum::<f32>() - 1.0).abs() < 1e-6);
+        assert!((y.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         assert!((y[32] / y[33] - 2.0).abs() < 0.01);
         assert!(y[34..].iter().all(|&w| w == 0.0), "padding weighs nothing");
     }

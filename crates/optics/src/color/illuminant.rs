@@ -11,7 +11,7 @@ use crate::spectrum::Table;
 const SECOND_RADIATION_NM_K: f64 = 1.438_776_877e7;
 /// Temperatures taken by `"blackbody:T"`, K: outside them a lamp gives no visible light to speak of, or the sum overflows.
 const BLACKBODY_K: (f64, f64) = (500.0, 1e7);
-/// Correlated colour temperatures of the CIE daylight formula, K (CIE 15:2004, section 3.1).
+/// Correlated colour temperatures of the CIE daylight formula, K (CIE 15:2004).
 const DAYLIGHT_K: (f64, f64) = (4000.0, 25000.0);
 
 /// A light source: a continuous part (a table or a formula over wavelength) and true lines. Cheap to clone.
@@ -103,7 +103,7 @@ impl Illuminant {
         Ok(Illuminant { name: format!("blackbody:{kelvin}"), continuous, lines: Arc::new([]) })
     }
 
-    /// CIE daylight of a correlated colour temperature in kelvin (CIE 15:2004, section 3.1: S0 + M1 S1 + M2 S2 with M1 and
+    /// CIE daylight of a correlated colour temperature in kelvin (CIE 15:2004: S0 + M1 S1 + M2 S2 with M1 and
     /// M2 rounded to three decimals, as prescribed there), a 5 nm table over 300..830 nm.
     ///
     /// D65 is close to `daylight:6504`: its nominal 6500 K times 1.4388 / 1.4380.
@@ -144,7 +144,7 @@ impl Illuminant {
             return Err(OpticsError::Argument(format!("illuminant {name:?} needs one line at least")));
         }
         for (place, &(nm, power)) in lines.iter().enumerate() {
-            if !(FIRST_NM <= nm && nm <= LAST_NM) {
+            if !(FIRST_NM..=LAST_NM).contains(&nm) {
                 return Err(OpticsError::Argument(format!(
                     "illuminant {name:?}: lines must lie within {FIRST_NM}..{LAST_NM} nm, got {nm} (line {})",
                     place + 1

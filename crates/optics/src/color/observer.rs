@@ -10,7 +10,7 @@ pub const FIRST_NM: f64 = 360.0;
 /// Last wavelength of the observer tables, nm.
 pub const LAST_NM: f64 = 830.0;
 
-/// A CIE standard colorimetric observer, tabulated at 1 nm over 360..830 nm (CIE 15:2004, tables T.4 and T.5 at 1 nm).
+/// A CIE standard colorimetric observer, tabulated at 1 nm over 360..830 nm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Observer {
     /// CIE 1931, 2 degrees.
@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn tables_hold_the_published_figures() {
-        // Wyszecki & Stiles, Color Science, 2nd ed., table I(3.3.1); CIE 15:2004 for the 10 degree observer.
+        // Wyszecki & Stiles, Color Science, 2nd ed., 1982.
         assert_eq!(Observer::Cie1931.at(560.0), [0.5945, 0.995, 0.0039]);
         assert_eq!(Observer::Cie1931.at(450.0), [0.3362, 0.038, 1.77211]);
         assert_eq!(Observer::Cie1964.at(560.0)[1], 0.997340);
