@@ -1,1 +1,20 @@
 //! The CPU renderer: camera, intersection, film optics in f32, integrator, image.
+
+pub mod framebuffer;
+pub mod image;
+
+mod camera;
+mod environment;
+mod film;
+mod geometry;
+mod integrator;
+mod lanes;
+mod lights;
+mod prepare;
+mod render;
+mod sampler;
+mod spectral;
+mod vector;
+
+pub use framebuffer::{Framebuffer, Progress, RenderError, RenderInfo, RenderOptions};
+pub use render::{render, render_at, simd_level};

@@ -1,0 +1,70 @@
+# One command a job; `make help` lists them. Nothing but Python >= 3.11, a Rust toolchain and the package
+# registries is needed: every Python tool lives in a virtual environment of its own, $(VENV).
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := help
+MAKEFLAGS += --no-builtin-rules --no-print-directory
+
+# The first Python on the path that is new enough.
+PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11 python; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { command -v $$p; break; }; done)
+VENV ?= .venv-test
+BIN := $(VENV)/bin
+PYTEST := $(BIN)/python -m pytest --doctest-modules --pyargs python/tests iridesce
+PYTEST_ARGS ?=
+CARGO_ARGS ?= --locked
+
+.PHONY: help test quick lint lint-rust lint-python test-rust test-python build bench wheel clean
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+test: ## everything: lint, build, the tests of both languages, the code blocks of the docs
+	@SECONDS=0; \
+	$(MAKE) lint; \
+	$(MAKE) test-rust; \
+	$(MAKE) test-python; \
+	echo "make test: lint, Rust tests and Python tests all passed in $$SECONDS s"
+
+quick: build ## the tests of both languages without the ones marked slow
+	cargo test --workspace $(CARGO_ARGS)
+	$(PYTEST) -m "not slow" $(PYTEST_ARGS)
+
+lint: lint-rust lint-python ## rustfmt, clippy, ruff, mypy; warnings are errors
+
+lint-rust:
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets $(CARGO_ARGS) -- -D warnings
+
+lint-python: $(VENV)/tools
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+test-rust:
+	cargo test --workspace $(CARGO_ARGS)
+
+test-python: build
+	$(PYTEST) $(PYTEST_ARGS)
+
+# The package is installed as a user installs it (a wheel, not an editable link), so that the tests also ask whether
+# everything needed is inside. No build isolation: maturin is in the environment already, which saves a download a run.
+build: $(VENV)/tools ## build the package and install it into the test environment
+	$(BIN)/python -m pip install --quiet --no-build-isolation --no-deps --force-reinstall .
+
+$(VENV)/tools: pyproject.toml
+	@test -n "$(PYTHON)" || { echo "make: no Python >= 3.11 found; set PYTHON=/path/to/python" >&2; exit 1; }
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -c 'import tomllib; d = tomllib.load(open("pyproject.toml", "rb")); p = d["project"]; \
+		print(*d["build-system"]["requires"], *p["dependencies"], *p["optional-dependencies"]["test"], sep="\n")' > $(VENV)/requirements.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade -r $(VENV)/requirements.txt
+	@touch $@
+
+bench: build ## the measurements of docs/performance.md, on this machine
+	$(BIN)/python bench/run.py
+
+wheel: $(VENV)/tools ## a wheel for this platform in dist/
+	$(BIN)/maturin build --release --out dist
+
+clean: ## remove what the other targets made
+	rm -rf target dist $(VENV) .mypy_cache .ruff_cache .pytest_cache

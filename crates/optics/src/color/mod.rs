@@ -1,0 +1,22 @@
+//! From spectra to colour: observers, illuminants, XYZ, colour spaces, colour differences, gamut mapping.
+//!
+//! Tristimulus values are relative: the perfect white reflector has Y = 1. Sums are plain sums over a uniform grid of
+//! vacuum wavelengths, 360..830 nm at 1 nm unless another is given; true lines are added as lines.
+
+mod basis;
+mod difference;
+pub mod gamut;
+mod illuminant;
+mod matrix;
+mod observer;
+mod space;
+mod sums;
+mod table;
+
+pub use basis::rgb_basis;
+pub use difference::ciede2000;
+pub use illuminant::{Illuminant, illuminant_names};
+pub use matrix::Matrix;
+pub use observer::{FIRST_NM, LAST_NM, Observer};
+pub use space::{ACES_XY, Adaptation, C_XY, D50_XY, D65_XY, SPACES, Space, bradford, xyz_of_xy};
+pub use sums::{Grid, Weights};

@@ -1,0 +1,167 @@
+//! All the light of a scene, added up: uniform lights are one set of spectral weights, maps one RGB radiance.
+
+use fearless_simd::{Simd, f32x16, prelude::*};
+use iridesce_optics::OpticsError;
+use iridesce_optics::color::{Illuminant, Observer, rgb_basis};
+use iridesce_scene::{EnvironmentSource, Light};
+
+use crate::environment::MapLookup;
+use crate::lanes::{Lanes, blocks};
+use crate::spectral::Nodes;
+use crate::vector::Vec3;
+
+/// Weights of X, Y, Z at a block of nodes. They are halved because they meet the sum of s and p weights.
+type Weights = [Lanes; 3];
+
+/// Spectra and weights of the maps at a block of nodes, side by side in memory as they are read.
+#[derive(Clone, Copy)]
+struct MapBlock {
+    /// Spectra of linear Rec.709 red, green and blue relative to D65; their sum is 1.
+    basis: [Lanes; 3],
+    /// D65, by which the radiance of a map is meant.
+    weights: Weights,
+}
+
+/// The lights of a scene. Light is linear, so any number of environments costs no more than these two.
+pub struct Lights {
+    /// Sum of all lights that are the same in every direction.
+    uniform: Vec<Weights>,
+    uniform_xyz: [f32; 3],
+    maps: Vec<(MapLookup, f32)>,
+    map_blocks: Vec<MapBlock>,
+    /// Mean of all maps over the sphere.
+    pub mean_rgb: [f32; 3],
+    /// XYZ of a map's bare red, green and blue.
+    rgb_to_xyz: [[f32; 3]; 3],
+}
+
+impl Lights {
+    pub fn new(lights: &[Light], nodes: &Nodes) -> Result<Lights, OpticsError> {
+        let map_weights = halved(&Illuminant::named("D65")?, nodes);
+        let basis: [Vec<f64>; 3] =
+            std::array::from_fn(|rgb| nodes.wavelength_nm.iter().map(|&nm| rgb_basis(nm)[rgb]).collect());
+        let rgb_to_xyz = std::array::from_fn(|rgb| {
+            std::array::from_fn(|c| {
+                (map_weights[c].iter().zip(&basis[rgb]).map(|(w, f)| 2.0 * w * f).sum::<f64>()) as f32
+            })
+        });
+        let mut maps = Vec::new();
+        let mut uniform: Option<[Vec<f64>; 3]> = None;
+        for Light::Environment(environment) in lights {
+            match &environment.source {
+                EnvironmentSource::Map(map) => {
+                    maps.push((MapLookup::new(map.clone(), environment.rotation_deg), environment.radiance as f32));
+                }
+                EnvironmentSource::Uniform(illuminant) => {
+                    let own = halved(illuminant, nodes);
+                    let sum = uniform.get_or_insert_with(|| std::array::from_fn(|_| vec![0.0; nodes.len()]));
+                    for (sum, own) in sum.iter_mut().zip(&own) {
+                        for (sum, own) in sum.iter_mut().zip(own) {
+                            *sum += environment.radiance * own;
+                        }
+                    }
+                }
+            }
+        }
+        let uniform_xyz = match &uniform {
+            Some(weights) => std::array::from_fn(|c| (2.0 * weights[c].iter().sum::<f64>()) as f32),
+            None => [0.0; 3],
+        };
+        let mut mean_rgb = [0.0; 3];
+        for (lookup, factor) in &maps {
+            for (sum, mean) in mean_rgb.iter_mut().zip(lookup.mean_rgb()) {
+                *sum += factor * mean;
+            }
+        }
+        Ok(Lights {
+            mean_rgb,
+            uniform: uniform.map(in_blocks).unwrap_or_default(),
+            uniform_xyz,
+            maps,
+            map_blocks: in_blocks(map_weights)
+                .into_iter()
+                .zip(in_blocks(basis))
+                .map(|(weights, basis)| MapBlock { basis, weights })
+                .collect(),
+            rgb_to_xyz,
+        })
+    }
+
+    /// By what a path's s and p weights are judged: the Y weights of the lights, scaled to a sum of 1/2.
+    ///
+    /// They are kept even where a cardinal spline dips below zero: choices in proportion to exactly the luminance
+    /// that the picture shows are what keeps a white furnace white.
+    pub fn importance(&self) -> Vec<Lanes> {
+        let weights: Vec<Lanes> = if self.uniform_xyz[1] > 0.0 {
+            self.uniform.iter().map(|w| w[1]).collect()
+        } else {
+            self.map_blocks.iter().map(|block| block.weights[1]).collect()
+        };
+        let sum: f64 = weights.iter().flat_map(|l| l.0).map(f64::from).sum();
+        blocks(weights.iter().flat_map(|l| l.0).map(|w| 0.5 * f64::from(w) / sum))
+    }
+
+    /// Linear Rec.709 radiance of all maps in a direction.
+    #[inline(always)]
+    pub fn map_rgb(&self, direction: Vec3) -> [f32; 3] {
+        let mut sum = [0.0; 3];
+        for (lookup, factor) in &self.maps {
+            let rgb = lookup.rgb(direction);
+            for c in 0..3 {
+                sum[c] += factor * rgb[c];
+            }
+        }
+        sum
+    }
+
+    /// XYZ seen by a ray that meets no surface.
+    #[inline(always)]
+    pub fn xyz(&self, direction: Vec3) -> [f32; 3] {
+        let mut sum = self.uniform_xyz;
+        for (value, column) in self.map_rgb(direction).iter().zip(&self.rgb_to_xyz) {
+            for c in 0..3 {
+                sum[c] += value * column[c];
+            }
+        }
+        sum
+    }
+
+    /// Adds the light found by a path that carries `s_and_p` at a block of nodes and sees `rgb` in the maps.
+    #[inline(always)]
+    pub fn add<S: Simd>(
+        &self,
+        simd: S,
+        block: usize,
+        s_and_p: f32x16<S>,
+        rgb: [f32; 3],
+        [x, y, z]: [f32x16<S>; 3],
+    ) -> [f32x16<S>; 3] {
+        let (mut x, mut y, mut z) = (x, y, z);
+        if !self.maps.is_empty() {
+            let MapBlock { basis: [red, green, blue], weights } = &self.map_blocks[block];
+            let spectrum = red.load(simd) * rgb[0];
+            let spectrum = green.load(simd).mul_add(f32x16::splat(simd, rgb[1]), spectrum);
+            let spectrum = blue.load(simd).mul_add(f32x16::splat(simd, rgb[2]), spectrum);
+            let carried = s_and_p * spectrum;
+            x = weights[0].load(simd).mul_add(carried, x);
+            y = weights[1].load(simd).mul_add(carried, y);
+            z = weights[2].load(simd).mul_add(carried, z);
+        }
+        if !self.uniform.is_empty() {
+            let weights = &self.uniform[block];
+            x = weights[0].load(simd).mul_add(s_and_p, x);
+            y = weights[1].load(simd).mul_add(s_and_p, y);
+            z = weights[2].load(simd).mul_add(s_and_p, z);
+        }
+        [x, y, z]
+    }
+}
+
+fn halved(illuminant: &Illuminant, nodes: &Nodes) -> [Vec<f64>; 3] {
+    nodes.weights(illuminant, Observer::Cie1931).map(|w| w.into_iter().map(|v| 0.5 * v).collect())
+}
+
+fn in_blocks([a, b, c]: [Vec<f64>; 3]) -> Vec<[Lanes; 3]> {
+    let [a, b, c] = [a, b, c].map(|v| blocks(v.into_iter()));
+    a.into_iter().zip(b).zip(c).map(|((a, b), c)| [a, b, c]).collect()
+}

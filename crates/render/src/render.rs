@@ -1,0 +1,157 @@
+//! The whole picture: rows on all cores, one SIMD dispatch a row, the same bytes for any number of threads.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+use fearless_simd::{Level, Simd, dispatch};
+use iridesce_scene::Scene;
+use rayon::prelude::*;
+
+use crate::framebuffer::{Framebuffer, Progress, RenderError, RenderInfo, RenderOptions};
+use crate::geometry::nearest;
+use crate::integrator::Tracer;
+use crate::prepare::Prepared;
+use crate::sampler::PixelSampler;
+
+/// Renders a scene. Deterministic: the same scene, options and SIMD level give the same bytes for any `threads`.
+///
+/// Errors: [`RenderError::Argument`] for options outside their range, [`RenderError::Resource`] for pictures or
+/// films that cannot fit, [`RenderError::Optics`] for media without data in 360..830 nm, and
+/// [`RenderError::Cancelled`] within one pixel of `progress.cancelled()` saying so.
+pub fn render(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -> Result<Framebuffer, RenderError> {
+    render_at(Level::new(), scene, options, progress)
+}
+
+/// [`render`] at a SIMD level of the caller's choice, which the machine must have (tests compare levels).
+pub fn render_at(
+    level: Level,
+    scene: &Scene,
+    options: &RenderOptions,
+    progress: &dyn Progress,
+) -> Result<Framebuffer, RenderError> {
+    let samples = options.samples.unwrap_or(scene.render.samples);
+    if samples == 0 || samples > RenderOptions::MAX_SAMPLES {
+        return Err(RenderError::Argument(format!(
+            "samples must be 1 to {}, got {samples}",
+            RenderOptions::MAX_SAMPLES
+        )));
+    }
+    let [width, height] = options.size.unwrap_or(scene.camera.resolution);
+    Framebuffer::check_size(width, height)?;
+    match options.threads {
+        None => draw(level, scene, options, progress),
+        Some(0) => Err(RenderError::Argument("threads must be at least 1, got 0".into())),
+        Some(threads) => {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .map_err(|e| RenderError::Resource(format!("cannot start {threads} threads: {e}")))?;
+            pool.install(|| draw(level, scene, options, progress))
+        }
+    }
+}
+
+/// One row of every plane.
+struct Row<'a> {
+    xyz: &'a mut [f32],
+    depth: &'a mut [f32],
+    thickness_nm: &'a mut [f32],
+    normal: &'a mut [f32],
+}
+
+fn draw(
+    level: Level,
+    scene: &Scene,
+    options: &RenderOptions,
+    progress: &dyn Progress,
+) -> Result<Framebuffer, RenderError> {
+    let start = Instant::now();
+    let prepared = Prepared::new(scene, options)?;
+    let (width, height) = (prepared.width, prepared.height);
+    let info = RenderInfo {
+        samples: prepared.samples,
+        seed: prepared.seed,
+        seconds: 0.0,
+        simd: simd_name(level).to_owned(),
+        threads: rayon::current_num_threads(),
+    };
+    let mut frame = Framebuffer::empty(width, height, info)?;
+    let columns = width as usize;
+    let total = u64::from(width) * u64::from(height);
+    let done = AtomicU64::new(0);
+    (frame.xyz.par_chunks_mut(3 * columns))
+        .zip(frame.depth.par_chunks_mut(columns))
+        .zip(frame.thickness_nm.par_chunks_mut(columns))
+        .zip(frame.normal.par_chunks_mut(3 * columns))
+        .enumerate()
+        .try_for_each(|(y, (((xyz, depth), thickness_nm), normal))| {
+            let row = Row { xyz, depth, thickness_nm, normal };
+            dispatch!(level, simd => draw_row(simd, &prepared, y as u32, row, progress))?;
+            progress.advance(done.fetch_add(u64::from(width), Ordering::Relaxed) + u64::from(width), total);
+            Ok::<(), RenderError>(())
+        })?;
+    frame.info.seconds = start.elapsed().as_secs_f64();
+    Ok(frame)
+}
+
+#[inline(always)]
+fn draw_row<S: Simd>(
+    simd: S,
+    scene: &Prepared,
+    y: u32,
+    row: Row<'_>,
+    progress: &dyn Progress,
+) -> Result<(), RenderError> {
+    let mut tracer = Tracer::new(scene);
+    for x in 0..scene.width {
+        if progress.cancelled() {
+            return Err(RenderError::Cancelled);
+        }
+        let sampler = PixelSampler::new(scene.seed, u64::from(y) << 32 | u64::from(x));
+        let mut sum = [0.0_f64; 3];
+        for sample in 0..scene.samples {
+            let (dx, dy) = sampler.point(sample);
+            let ray = scene.camera.ray(f64::from(x) + dx, f64::from(y) + dy);
+            let xyz = tracer.radiance(simd, ray, &mut sampler.choices(sample));
+            for c in 0..3 {
+                sum[c] += f64::from(xyz[c]);
+            }
+        }
+        let column = x as usize;
+        for c in 0..3 {
+            row.xyz[3 * column + c] = (sum[c] / f64::from(scene.samples)) as f32;
+        }
+        // The other planes hold what the ray through the pixel's centre meets first: a mean of depths is no depth.
+        let centre = scene.camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        if let Some(hit) = nearest(&scene.spheres, &centre, None) {
+            row.depth[column] = hit.distance as f32;
+            row.thickness_nm[column] = scene.films[hit.object].thickness_nm(hit.point) as f32;
+            for (out, value) in row.normal[3 * column..].iter_mut().zip([hit.normal.x, hit.normal.y, hit.normal.z]) {
+                *out = value as f32;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The name of the widest SIMD level of this machine, as renders record it.
+pub fn simd_level() -> &'static str {
+    simd_name(Level::new())
+}
+
+fn simd_name(level: Level) -> &'static str {
+    let _ = level;
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    match level {
+        Level::Avx512(_) => return "avx512",
+        Level::Avx2(_) => return "avx2",
+        Level::Sse4_2(_) => return "sse4.2",
+        Level::Sse2(_) => return "sse2",
+        _ => {}
+    }
+    #[cfg(target_arch = "aarch64")]
+    if let Level::Neon(_) = level {
+        return "neon";
+    }
+    "scalar"
+}

@@ -1,0 +1,190 @@
+//! At which wavelengths a path carries its light, and with which weights they become XYZ.
+//!
+//! Nodes are uniform in 1/lambda (fringes of a film are uniform there). A weight is not a sample of
+//! illuminant x observer at its node: it is the integral (1 nm sum, 360..830 nm) of illuminant x observer x the
+//! cubic cardinal spline of the node, so the structure of lamp and observer is summed exactly and only the
+//! transport itself (smooth: Airy functions of a film) is interpolated. Against point samples the same colour
+//! error needs half the nodes: docs/performance.md. Line spectra become nodes of their own, never bins.
+
+use iridesce_optics::color::{Illuminant, Observer};
+
+/// Vacuum wavelengths outside which the observers are zero, nm.
+pub const FROM_NM: f64 = 360.0;
+/// The other end, nm.
+pub const TO_NM: f64 = 830.0;
+
+/// Nodes come in multiples of the widest vector, so that kernels need no remainder loop.
+pub const LANES: usize = 16;
+
+/// Largest number of nodes: films beyond about 0.5 mm have fringes that no eye and no lamp resolves.
+pub const MAX_NODES: usize = 1 << 14;
+
+/// The nodes of a render.
+#[derive(Debug, Clone)]
+pub struct Nodes {
+    /// Vacuum wavelength of every node, nm: the uniform ones, then lines, then padding.
+    pub wavelength_nm: Vec<f64>,
+    uniform: usize,
+    lines: Vec<f64>,
+}
+
+/// How many uniform nodes resolve the fringes of an optical path difference 2 n t (nm):
+/// eight to a fringe, at least 32 (error of a soap film's colour: docs/performance.md).
+pub fn node_count(path_difference_nm: f64) -> usize {
+    let wavenumbers = 1.0 / FROM_NM - 1.0 / TO_NM;
+    let wanted = (8.0 * path_difference_nm * wavenumbers).ceil().clamp(32.0, 1e9) as usize;
+    wanted.div_ceil(LANES) * LANES
+}
+
+impl Nodes {
+    /// `uniform` nodes (a multiple of [`LANES`]) and a node for every line inside the visible range.
+    pub fn new(uniform: usize, lines_nm: &[f64]) -> Nodes {
+        let mut lines: Vec<f64> = lines_nm.iter().copied().filter(|l| (FROM_NM..=TO_NM).contains(l)).collect();
+        lines.sort_by(f64::total_cmp);
+        lines.dedup();
+        let (low, high) = (1.0 / TO_NM, 1.0 / FROM_NM);
+        let mut wavelength_nm: Vec<f64> =
+            (0..uniform).map(|i| 1.0 / (low + (high - low) * (i as f64 + 0.5) / uniform as f64)).collect();
+        wavelength_nm.extend(&lines);
+        // Padding repeats a harmless wavelength and has weight zero.
+        wavelength_nm.resize(wavelength_nm.len().div_ceil(LANES) * LANES, 550.0);
+        Nodes { wavelength_nm, uniform, lines }
+    }
+
+    /// Number of nodes, padding included.
+    pub fn len(&self) -> usize {
+        self.wavelength_nm.len()
+    }
+
+    /// Weights of X, Y, Z at every node for a light with this illuminant's spectrum, scaled to Y = 1.
+    pub fn weights(&self, illuminant: &Illuminant, observer: Observer) -> [Vec<f64>; 3] {
+        let mut weights = [vec![0.0_f64; self.len()], vec![0.0; self.len()], vec![0.0; self.len()]];
+        let samples: Vec<(f64, [f64; 3])> = (FROM_NM as u32..=TO_NM as u32)
+            .map(|nm| {
+                let nm = f64::from(nm);
+                (nm, observer.at(nm).map(|v| v * illuminant.power(nm)))
+            })
+            .collect();
+        // The spline through unit vectors, integrated: solve the transposed problem once for X, Y, Z
+        // instead of building every cardinal spline.
+        let (low, high) = (1.0 / TO_NM, 1.0 / FROM_NM);
+        let step = (high - low) / self.uniform as f64;
+        let places: Vec<f64> = samples
+            .iter()
+            .map(|(nm, _)| ((1.0 / nm - low) / step - 0.5).clamp(0.0, (self.uniform - 1) as f64))
+            .collect();
+        for (channel, out) in weights.iter_mut().enumerate() {
+            let values: Vec<f64> = samples.iter().map(|(_, xyz)| xyz[channel]).collect();
+            out[..self.uniform].copy_from_slice(&spline_weights(self.uniform, &places, &values));
+        }
+        for &(nm, power) in illuminant.lines() {
+            if let Some(line) = self.lines.iter().position(|&l| l == nm) {
+                let xyz = observer.at(nm);
+                for channel in 0..3 {
+                    weights[channel][self.uniform + line] += power * xyz[channel];
+                }
+            }
+        }
+        let total: f64 = weights[1].iter().sum();
+        let scale = if total > 0.0 { 1.0 / total } else { 0.0 };
+        weights.map(|w| w.into_iter().map(|v| v * scale).collect())
+    }
+}
+
+/// Weights `w` with `sum_i w[i] f[i] = sum_k values[k] s(places[k])`, where s is the natural cubic spline
+/// through `f` at 0, 1, .., n - 1.
+///
+/// With second derivatives m = B f (a tridiagonal solve), s(x) = a f_j + b f_j+1 + c m_j + d m_j+1, so
+/// w = sum of the (a, b) parts + B^T (sum of the (c, d) parts), and B^T is the same tridiagonal solve.
+fn spline_weights(n: usize, places: &[f64], values: &[f64]) -> Vec<f64> {
+    let mut direct = vec![0.0; n];
+    let mut curved = vec![0.0; n];
+    for (&x, &value) in places.iter().zip(values) {
+        let j = (x.floor() as usize).min(n - 2);
+        let b = x - j as f64;
+        let a = 1.0 - b;
+        direct[j] += a * value;
+        direct[j + 1] += b * value;
+        curved[j] += (a * a * a - a) / 6.0 * value;
+        curved[j + 1] += (b * b * b - b) / 6.0 * value;
+    }
+    // m_{i-1} + 4 m_i + m_{i+1} = 6 (f_{i-1} - 2 f_i + f_{i+1}), m_0 = m_{n-1} = 0; symmetric, so B^T = D^T A^-1.
+    let mut rhs: Vec<f64> = curved[1..n - 1].to_vec();
+    solve_1_4_1(&mut rhs);
+    for (i, &y) in rhs.iter().enumerate() {
+        direct[i] += 6.0 * y;
+        direct[i + 1] -= 12.0 * y;
+        direct[i + 2] += 6.0 * y;
+    }
+    direct
+}
+
+/// Solves the tridiagonal system (1, 4, 1) in place.
+fn solve_1_4_1(rhs: &mut [f64]) {
+    let mut ratio = Vec::with_capacity(rhs.len());
+    let mut pivot = 4.0;
+    for i in 0..rhs.len() {
+        if i > 0 {
+            pivot = 4.0 - ratio[i - 1];
+            rhs[i] -= rhs[i - 1];
+        }
+        rhs[i] /= pivot;
+        ratio.push(1.0 / pivot);
+    }
+    for i in (0..rhs.len().saturating_sub(1)).rev() {
+        rhs[i] -= ratio[i] * rhs[i + 1];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spline_weights_are_exact_for_straight_lines_and_good_for_cosines() {
+        let n = 24;
+        let places: Vec<f64> = (0..200).map(|k| f64::from(k) * 23.0 / 199.0).collect();
+        // A bell, as the observers are: nothing at the ends, where a natural spline is poor.
+        let values: Vec<f64> = places.iter().map(|x| (-0.5 * ((x - 11.0) / 3.0).powi(2)).exp()).collect();
+        let weights = spline_weights(n, &places, &values);
+        let error = |f: &dyn Fn(f64) -> f64| {
+            let exact: f64 = places.iter().zip(&values).map(|(&x, v)| v * f(x)).sum();
+            let found: f64 = weights.iter().enumerate().map(|(i, w)| w * f(i as f64)).sum();
+            (found - exact).abs() / values.iter().sum::<f64>()
+        };
+        assert!(error(&|_| 1.0) < 1e-14);
+        assert!(error(&|x| 3.0 * x - 1.0) < 1e-12);
+        // Eight nodes to a period: cubic splines err by (2 pi / 8)^4 / 720 ~ 5e-4 at most.
+        assert!(error(&|x| (std::f64::consts::FRAC_PI_4 * x).cos()) < 5e-4);
+    }
+
+    #[test]
+    fn white_is_the_white_of_the_one_nanometre_sum() {
+        let d65 = Illuminant::named("D65").unwrap();
+        let weights = Nodes::new(32, &[]).weights(&d65, Observer::Cie1931);
+        let xyz = weights.map(|w| w.iter().sum::<f64>());
+        let mut sums = [0.0; 3];
+        for nm in 360..=830 {
+            let at = Observer::Cie1931.at(f64::from(nm));
+            for c in 0..3 {
+                sums[c] += at[c] * d65.power(f64::from(nm));
+            }
+        }
+        for c in 0..3 {
+            assert!((xyz[c] - sums[c] / sums[1]).abs() < 1e-12, "{xyz:?} {sums:?}");
+        }
+    }
+
+    #[test]
+    fn lines_are_nodes() {
+        let sodium = Illuminant::named("lines:589.158*2,589.756").unwrap();
+        let lines: Vec<f64> = sodium.lines().iter().map(|l| l.0).collect();
+        let nodes = Nodes::new(32, &lines);
+        assert_eq!(nodes.len(), 48);
+        assert_eq!(nodes.wavelength_nm[32..34], [589.158, 589.756]);
+        let y = &nodes.weights(&sodium, Observer::Cie1931)[1];
+        assert!((y.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!((y[32] / y[33] - 2.0).abs() < 0.01);
+        assert!(y[34..].iter().all(|&w| w == 0.0), "padding weighs nothing");
+    }
+}

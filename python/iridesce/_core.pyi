@@ -1,0 +1,3 @@
+"""Types of the compiled core. Private: the public modules check and document, then call these."""
+
+__version__: str

@@ -1,0 +1,45 @@
+"""What all Python tests share."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+Run = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    """The repository's root."""
+    return ROOT
+
+
+@pytest.fixture
+def iridesce(tmp_path: Path) -> Run:
+    """Run the command line in a temporary folder: ``iridesce("color", "air / soap 320 / air").stdout``.
+
+    It is a new process, as for a user, so exit codes, both streams and the absence of a traceback are the real ones.
+    """
+
+    def run(*arguments: str, cwd: Path = tmp_path, env: dict[str, str] | None = None, timeout: float = 120.0):
+        finished = subprocess.run(
+            [sys.executable, "-m", "iridesce", *arguments],
+            cwd=cwd,
+            env={**os.environ, "COLUMNS": "120", **(env or {})},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            check=False,
+        )
+        assert "Traceback" not in finished.stderr, finished.stderr
+        return finished
+
+    return run
