@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,8 @@ import numpy.typing as npt
 from iridesce.errors import ResourceError
 
 Floats = npt.NDArray[np.float64]
+
+_ALWAYS_FITS = 2**26  # bytes; below this it is not worth asking the system
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +107,7 @@ def _listed(words: list[str]) -> str:
 def new_array(what: str, shape: tuple[int, ...], dtype: npt.DTypeLike = np.float64) -> npt.NDArray[Any]:
     """An empty array, or `ResourceError` where it cannot fit (asking for it could otherwise end the process)."""
     needed = math.prod(shape) * np.dtype(dtype).itemsize
-    free = available_bytes()
+    free = available_bytes() if needed > _ALWAYS_FITS else math.inf
     if needed > free:
         raise ResourceError(
             f"{what} of shape {shape} needs {_gib(needed)}, and {_gib(free)} of memory is free; work in parts"
@@ -121,21 +125,15 @@ def _gib(count: float) -> str:
 def available_bytes() -> float:
     """Memory that can still be used: what the system has, and what a container's limit leaves, whichever is less."""
     free = math.inf
-    try:
-        with open("/proc/meminfo", encoding="ascii") as lines:
-            free = next(1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
-    except (OSError, StopIteration, ValueError):
-        try:  # no procfs: all the memory there is
-            free = float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-        except (AttributeError, OSError, ValueError):
-            pass
-    try:
-        with open("/sys/fs/cgroup/memory.max", encoding="ascii") as limit:
-            most = int(limit.read())  # "max": no limit
-        with open("/sys/fs/cgroup/memory.current", encoding="ascii") as current:
-            free = min(free, float(most - int(current.read())))
-    except (OSError, ValueError):
-        pass
+    with contextlib.suppress(AttributeError, OSError, ValueError):
+        free = float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    with contextlib.suppress(OSError, StopIteration, ValueError):
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+        free = next(1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
+    group = Path("/sys/fs/cgroup")
+    with contextlib.suppress(OSError, ValueError):  # ValueError: the limit reads "max", there is none
+        most = int((group / "memory.max").read_text(encoding="ascii"))
+        free = min(free, float(most - int((group / "memory.current").read_text(encoding="ascii"))))
     return free
 
 

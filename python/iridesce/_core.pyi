@@ -1,5 +1,8 @@
 """Types of the compiled core. Private: the public modules check and document, then call these."""
 
+import numpy as np
+import numpy.typing as npt
+
 __version__: str
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from typing import Any, NoReturn
 
@@ -20,11 +19,10 @@ from iridesce._arrays import (
     place,
     real_operand,
 )
-from iridesce.medium import Medium
+from iridesce._stack_text import EXAMPLE, parse_items
+from iridesce.medium import Medium, MediumLike
 
 __all__ = ["Layer", "Stack"]
-
-MediumLike = str | float | complex | Medium
 
 _POLARIZATIONS = ("s", "p", "unpolarized")
 
@@ -101,7 +99,8 @@ class Layer(_Fixed):
 class Stack(_Fixed):
     """A first medium, layers in the order light meets them, and a last medium.
 
-    items     first medium, any number of `Layer`, last medium; a medium is a name, an index (complex n + ik) or a `Medium`
+    items     first medium, any number of `Layer`, last medium; a medium is a name, an index (complex n + ik) or
+              a `Medium`
     Raises    ValueError naming the item that is wrong
 
     The first medium must have real n > 0 and k = 0; the last k >= 0; gain (k < 0) is allowed in coherent layers only.
@@ -125,13 +124,13 @@ class Stack(_Fixed):
 
     def __init__(self, items: Iterable[MediumLike | Layer]) -> None:
         if isinstance(items, str | bytes):
-            raise ValueError(f'a Stack takes a list, got {items!r}; Stack.parse reads text such as "air / soap 320 / air"')
+            raise ValueError(f"a Stack takes a list, got {items!r}; Stack.parse reads text like {EXAMPLE}")
         try:
             listed = list(items)
         except TypeError:
             raise ValueError(f"a Stack takes a list of media and layers, got {items!r}") from None
         if len(listed) < 2:
-            raise ValueError(f"a Stack needs a first and a last medium, got {len(listed)} item{'s'[: len(listed) != 1]}")
+            raise ValueError(f"a Stack needs a first and a last medium, got {items!r}")
         for position, item in enumerate(listed):
             is_end = position in (0, len(listed) - 1)
             if is_end and isinstance(item, Layer):
@@ -155,13 +154,14 @@ class Stack(_Fixed):
         >>> Stack.parse("air / 1.38 100 / 1.5")
         Stack(['air', Layer(1.38, thickness_nm=100.0), 1.5])
         """
-        if not isinstance(text, str):
-            raise ValueError(f'a stack as text looks like "air / soap 320 / air", got {text!r}')
-        words = [item.split() for item in re.split(r"(?<!\S)/(?!\S)", text)]
-        if len(words) < 2:
-            raise ValueError(f'a stack needs at least two items separated by " / ", as in "air / soap 320 / air", got {text!r}')
-        last = len(words) - 1
-        return cls([_parse_item(item, position, last) for position, item in enumerate(words)])
+        first, *layers, last = parse_items(text)
+        items: list[MediumLike | Layer] = [first.medium]
+        for item in layers:
+            try:
+                items.append(Layer(item.medium, item.thickness_nm, item.coherent))
+            except ValueError as error:
+                raise ValueError(f"{item.where}: {error}") from None
+        return cls([*items, last.medium])
 
     @property
     def media(self) -> tuple[Medium, ...]:
@@ -368,7 +368,7 @@ class Stack(_Fixed):
         """
         self._must_be_one_film()
         wavelength = real_operand("wavelength_nm", wavelength_nm, low=0.0, includes_low=False)
-        indices = np.array([medium.index(wavelength.values) for medium in self.media])
+        indices = np.array([_indices(medium, wavelength.values) for medium in self.media])
         if np.any(indices.imag != 0.0):
             raise ValueError("the two-beam form takes real indices: every medium must have k = 0")
         n = indices.real
@@ -512,7 +512,7 @@ class Stack(_Fixed):
         media = [rows.setdefault(medium, len(rows)) for medium in self.media]
         indices = new_array("the table of indices", (len(rows), wavelength_nm.size), np.complex128)
         for medium, row in rows.items():
-            indices[row] = np.reshape(medium.index(wavelength_nm), -1)
+            indices[row] = _indices(medium, wavelength_nm).reshape(-1)
         _core.stack_evaluate(
             quantity,
             polarization,
@@ -546,25 +546,37 @@ def _as_medium(value: Any) -> Medium:
 
 def _constant_index(medium: Medium) -> complex | None:
     """The index of a medium that has the same one at every wavelength, else ``None``."""
-    index = getattr(medium, "constant_index", None)
-    return None if index is None else complex(index)
+    return complex(medium.index(550.0)) if medium.kind == "constant" else None
+
+
+def _indices(medium: Medium, wavelength_nm: Floats) -> npt.NDArray[np.complex128]:
+    """The medium's index at each wavelength; `ValueError` outside its data."""
+    if medium.range_nm is not None:
+        low, high = medium.range_nm
+        outside = (wavelength_nm < low) | (wavelength_nm > high)
+        if outside.any():
+            index = np.unravel_index(int(np.argmax(outside)), outside.shape)
+            raise ValueError(
+                f'medium "{medium.name}" has data for {low:g}-{high:g} nm; wavelength_nm must be within them, '
+                f"got {wavelength_nm[index]}{place(index)}"
+            )
+    return np.asarray(medium.index(wavelength_nm))
 
 
 def _medium_repr(medium: Medium) -> str:
-    index = _constant_index(medium)
-    if index is None or medium.name in ("air", "vacuum"):
-        return repr(medium.name)
-    return repr(index if index.imag else index.real)
+    """As short as `Layer` and `Stack` take it: 'soap', 1.5, or the whole of ``Medium.from_file(...)``."""
+    text = repr(medium)
+    return text.removeprefix("Medium(").removesuffix(")") if text.startswith("Medium(") else text
 
 
 def _check_ends(first: Medium, last: Medium) -> None:
     """What can be told without a wavelength; the core checks the rest at each one."""
     index = _constant_index(first)
     if index is not None and (index.imag != 0.0 or index.real <= 0.0):
-        raise ValueError(f"the first medium must have real n > 0 and k = 0, got {index}")
+        raise ValueError(f"the first medium must have real n > 0 and k = 0, got {_medium_repr(first)}")
     index = _constant_index(last)
     if index is not None and index.imag < 0.0:
-        raise ValueError(f"the last medium must have k >= 0 (gain only in finite layers), got {index}")
+        raise ValueError(f"the last medium must have k >= 0 (gain only in finite layers), got {_medium_repr(last)}")
 
 
 def _one_of(name: str, value: object, allowed: tuple[str, ...]) -> str:
@@ -576,37 +588,3 @@ def _one_of(name: str, value: object, allowed: tuple[str, ...]) -> str:
 
 def _checked_polarization(value: object) -> str:
     return _one_of("polarization", value, _POLARIZATIONS)
-
-
-def _parse_item(words: list[str], position: int, last: int) -> MediumLike | Layer:
-    """One item of `Stack.parse`; `words` are its parts."""
-    text = " ".join(words)
-    where = f"item {position} of the stack, {text!r}"
-    if not words:
-        raise ValueError(f"item {position} of the stack is empty")
-    if re.match(r"[-+.\d]", words[0]):
-        try:
-            medium: MediumLike = complex(words[0])
-        except ValueError:
-            raise ValueError(f"{where}: an index is written n or n+kj, got {words[0]!r}") from None
-        if medium.imag == 0.0:
-            medium = medium.real
-    else:
-        medium = words[0]
-    if position in (0, last):
-        if len(words) > 1:
-            raise ValueError(f"{where}: the first and the last item are a medium without thickness")
-        return medium
-    if len(words) < 2:
-        raise ValueError(f'{where}: a layer needs its thickness in nm, as in "{words[0]} 320"')
-    coherent = words[2:] != ["incoherent"]
-    if len(words) > 2 and coherent:
-        raise ValueError(f'{where}: after the thickness only "incoherent" may follow, got {" ".join(words[2:])!r}')
-    try:
-        thickness_nm = float(words[1])
-    except ValueError:
-        raise ValueError(f"{where}: the thickness in nm must be a number, got {words[1]!r}") from None
-    try:
-        return Layer(medium, thickness_nm, coherent)
-    except ValueError as error:
-        raise ValueError(f"{where}: {error}") from None
