@@ -37,3 +37,18 @@ class Medium:
     def index_extended(self, wavelength_nm: _F64) -> tuple[_C128, bool]: ...
 
 def media_names() -> list[str]: ...
+
+# --- stack
+
+def stack_evaluate(
+    quantity: str,
+    polarization: str,
+    indices: _C128,
+    media: list[int],
+    coherent: list[bool],
+    arguments: list[tuple[_F64, list[int]]],
+    shape: list[int],
+    out: _F64,
+    second: _F64 | None,
+    threads: int | None,
+) -> None: ...

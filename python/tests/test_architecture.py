@@ -25,7 +25,7 @@ MAY_USE = {
 }
 
 # Inside optics a module may use the ones before it.
-OPTICS_ORDER = ["error", "spectrum", "medium", "fresnel", "film", "stack", "color"]
+OPTICS_ORDER = ["error", "spectrum", "medium", "incidence", "fresnel", "film", "stack", "color"]
 
 # Licences that ask for nothing but to be named: fit for a package under MIT OR Apache-2.0.
 PERMISSIVE = {
