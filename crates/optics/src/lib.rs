@@ -2,13 +2,14 @@
 //! multilayers, colour. All `f64`, no file I/O (texts are parsed, files are the caller's).
 //!
 //! The modules depend on one another in one direction only:
-//! `error -> spectrum -> medium -> fresnel -> film -> stack -> color`.
+//! `error -> spectrum -> medium -> incidence -> fresnel -> film -> stack -> color`.
 //! Conventions (units, signs, polarisation names) are written once, in `docs/conventions.md`.
 
 pub mod color;
 pub mod error;
 pub mod film;
 pub mod fresnel;
+pub mod incidence;
 pub mod medium;
 pub mod spectrum;
 pub mod stack;

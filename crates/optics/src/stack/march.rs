@@ -1,0 +1,113 @@
+//! The march: tangential fields carried from the exit medium up to the incident one.
+//!
+//! Written once for both polarisations. For s the pair `(e, h)` is `(E_y, H_x)`, for p it is `(H_y, E_x)`; a wave that
+//! leaves obeys `h = q e` with `q = kz` (s) or `kz / n^2` (p), wavenumbers in units of the vacuum one. A layer of phase
+//! `delta = kz k0 d` does
+//!
+//! ```text
+//! e_top = cos(delta) e - i w sin(delta)/kz h          w = 1 (s) or n^2 (p)
+//! h_top = cos(delta) h - i kz^2/w sin(delta)/kz e
+//! ```
+//!
+//! which is even in `kz`: no branch is chosen inside a layer, and `kz = 0` (a layer at its critical angle) is no special
+//! case. Source: F. Abeles, Ann. Phys. (Paris) 5, 596 (1950), with the scaling described at [`Wave`].
+
+use crate::Complex64;
+use crate::incidence::sqrt_upper;
+
+/// `cos(delta)` and `sin(delta)/kz` of one layer, both times `exp(-decay)` with `decay = |Im delta|`.
+///
+/// The factor is carried as a logarithm: without it an opaque layer overflows at `Im delta = 710`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wave {
+    cos: Complex64,
+    sin_over_kz: Complex64,
+    kz_squared: Complex64,
+    pub(super) decay: f64,
+}
+
+impl Wave {
+    /// `k0_d` is `2 pi thickness / wavelength`.
+    #[inline]
+    pub(super) fn new(kz_squared: Complex64, k0_d: f64) -> Wave {
+        let kz = sqrt_upper(kz_squared);
+        let (re, im) = (kz.re * k0_d, kz.im * k0_d);
+        let (cos, sin_over_kz, decay) = if re.abs() + im < 1e-4 {
+            // 0/0 at kz = 0 otherwise; the series is good to delta^6/720 < 2e-27.
+            let square = kz_squared * (k0_d * k0_d);
+            let cos = 1.0 - square * (0.5 - square * (1.0 / 24.0));
+            let sin_over_kz = k0_d * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)));
+            (cos, sin_over_kz, 0.0)
+        } else if im == 0.0 {
+            let (sin, cos) = re.sin_cos();
+            (Complex64::new(cos, 0.0), Complex64::new(sin / kz.re, 0.0), 0.0)
+        } else {
+            // cosh and sinh times exp(-im); expm1 keeps the digits of sinh for thin layers.
+            let half_lost = -0.5 * (-2.0 * im).exp_m1();
+            let (sinh, cosh) = (half_lost, 1.0 - half_lost);
+            if re == 0.0 {
+                (Complex64::new(cosh, 0.0), Complex64::new(sinh / kz.im, 0.0), im)
+            } else {
+                let (sin, cos) = re.sin_cos();
+                let scaled_sin = Complex64::new(sin * cosh, cos * sinh);
+                (Complex64::new(cos * cosh, -sin * sinh), scaled_sin / kz, im)
+            }
+        };
+        Wave { cos, sin_over_kz, kz_squared, decay }
+    }
+}
+
+/// Tangential fields at one interface, times a factor whose logarithm the caller keeps.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Field {
+    pub(super) e: Complex64,
+    pub(super) h: Complex64,
+}
+
+impl Field {
+    /// The wave that leaves into the exit medium, of unit amplitude there.
+    #[inline]
+    pub(super) fn leaving(q: Complex64) -> Field {
+        Field { e: Complex64::new(1.0, 0.0), h: q }
+    }
+
+    /// From the bottom of a layer to its top; tells by which logarithm the scale has grown.
+    #[inline]
+    pub(super) fn up(&mut self, wave: &Wave, weight: Complex64) -> f64 {
+        let (e, h) = (self.e, self.h);
+        if wave.kz_squared.im == 0.0 && weight.im == 0.0 {
+            // Lossless layer: all four matrix elements are real or imaginary, half the work.
+            let (c, s) = (wave.cos.re, wave.sin_over_kz.re);
+            let (b, d) = (weight.re * s, wave.kz_squared.re / weight.re * s);
+            self.e = Complex64::new(c * e.re + b * h.im, c * e.im - b * h.re);
+            self.h = Complex64::new(c * h.re + d * e.im, c * h.im - d * e.re);
+        } else {
+            let b = weight * wave.sin_over_kz * h;
+            let d = wave.kz_squared / weight * wave.sin_over_kz * e;
+            let (c_e, c_h) = (wave.cos * e, wave.cos * h);
+            self.e = Complex64::new(c_e.re + b.im, c_e.im - b.re);
+            self.h = Complex64::new(c_h.re + d.im, c_h.im - d.re);
+        }
+        let size = self.e.re.abs() + self.e.im.abs() + self.h.re.abs() + self.h.im.abs();
+        if (1e-60..1e60).contains(&size) { wave.decay } else { wave.decay + self.rescale(size) }
+    }
+
+    /// Inside the stop band of a long mirror the fields grow without any absorption; a power of two keeps every digit.
+    #[cold]
+    fn rescale(&mut self, size: f64) -> f64 {
+        if !(size > 0.0 && size.is_finite()) {
+            return 0.0;
+        }
+        let exponent = size.log2().floor();
+        let factor = (-exponent).exp2();
+        self.e *= factor;
+        self.h *= factor;
+        exponent * std::f64::consts::LN_2
+    }
+
+    /// Net power flux through the interface, downwards.
+    #[inline]
+    pub(super) fn flux(&self) -> f64 {
+        self.e.re * self.h.re + self.e.im * self.h.im
+    }
+}
