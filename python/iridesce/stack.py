@@ -249,7 +249,7 @@ class Stack(_Fixed):
 
         >>> silver = Stack(["air", Layer(0.06 + 3.6j, thickness_nm=20.0), 1.5])
         >>> round(silver.absorptance(550.0), 6)
-        0.0
+        0.024862
         """
         return self._power("absorptance", wavelength_nm, angle_deg, polarization, out, threads)
 
@@ -416,8 +416,6 @@ class Stack(_Fixed):
         >>> film.color(space="srgb").shape
         (3,)
         """
-        from iridesce import color
-
         polarization = _checked_polarization(polarization)
         quantity = _one_of("quantity", quantity, ("reflectance", "transmittance", "absorptance"))
         if _one_of("model", model, ("exact", "two-beam")) == "two-beam":
@@ -428,6 +426,9 @@ class Stack(_Fixed):
                 raise ValueError(f'model="two-beam" gives the reflectance only, got quantity={quantity!r}')
         angle = real_operand("angle_deg", angle_deg, low=0.0, high=90.0)
         broadcast_shape([angle, *self._thicknesses()])
+        # Here, not above: the colour stage comes after this one and is not needed for spectra.
+        from iridesce import color
+
         result: Floats = color.stack_color(
             self,
             angle.full(),
