@@ -590,8 +590,8 @@ def _checked(result: Floats, given: Floats, problem: str) -> Floats:
 
 def _white(white: str | ArrayLike | Illuminant) -> list[float]:
     """XYZ with Y = 1."""
-    if isinstance(white, str) and white in _WHITES:
-        x, y = _WHITES[white]
+    if isinstance(white, str) and white.strip().upper() in _WHITES:
+        x, y = _WHITES[white.strip().upper()]
         return [x / y, 1.0, (1.0 - x - y) / y]
     if isinstance(white, (str, os.PathLike, Illuminant)):
         return [float(v) for v in _light(white).white()]

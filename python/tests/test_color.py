@@ -314,6 +314,10 @@ def test_named_whites() -> None:
     for name, xy in {"D65": (0.3127, 0.3290), "C": (0.31006, 0.31616), "D50": (0.34567, 0.35850)}.items():
         x, y, _ = ir.color.convert([0.0, 0.0, 0.0], "xyz", "xyy", white=name)
         assert (x, y) == pytest.approx(xy, abs=1e-15)
+        assert np.array_equal(
+            ir.color.convert([0.2, 0.3, 0.4], "xyz", "lab", name.lower()),
+            ir.color.convert([0.2, 0.3, 0.4], "xyz", "lab", name),
+        )
     assert ir.color.convert(ir.color.illuminant("A").white(), "xyz", "lab", "A") == pytest.approx(
         [100, 0, 0], abs=1e-11
     )
@@ -578,6 +582,15 @@ def test_more_bad_questions() -> None:
         ir.color.stack_color("air / soap 320 / air")  # type: ignore[arg-type]
     with pytest.raises(ir.ResourceError, match="memory"):
         soap(np.broadcast_to(100.0, (10**6, 1))).color(angle_deg=np.broadcast_to(0.0, (1, 10**7)))
+
+
+def test_media_that_stop_inside_the_visible(tmp_path: Path) -> None:
+    file = tmp_path / "glass.csv"
+    file.write_text("nm,n\n400,1.54\n700,1.51\n")
+    stack = ir.Stack(["air", ir.Medium.from_file(file)])
+    with pytest.raises(ValueError, match=r"has data for 400-700 nm.*wavelength_nm= gives a grid"):
+        stack.color()
+    assert stack.color(wavelength_nm=np.arange(400.0, 701.0)).shape == (3,)
 
 
 def test_ctrl_c_stops_a_long_chart() -> None:
