@@ -5,19 +5,19 @@ usage: peer_mitsuba.py SAMPLES OUT.npy --environment studio_zup.exr
 
 Mitsuba 3.9 has no interference material, so this holds the one a determined user would add: the exact single film per
 sampled wavelength, s and p averaged, mirror reflection or straight passage chosen by the mean reflectance. Everything
-else is stock: path integrator, environment map with importance sampling, box filter, LLVM spectral variant. Run it with the
-Python of an environment that has `mitsuba` and `numpy`, and with a system libLLVM.
+else is stock: path integrator, environment map with importance sampling, box filter, LLVM spectral variant. Run it
+with the Python of an environment that has `mitsuba` and `numpy`, and with a system libLLVM.
 """
 
 from __future__ import annotations
 
 import argparse
-import glob
 import json
 import os
 import re
 import resource
 import time
+from pathlib import Path
 
 START = time.perf_counter()
 
@@ -25,10 +25,10 @@ START = time.perf_counter()
 def newest_llvm() -> str:
     """Path of the newest system libLLVM; LLVM before 17 cannot lower `fminimum`, which Dr.Jit 1.5 emits, and aborts."""
     found = {}
-    for path in glob.glob("/usr/lib/*/libLLVM*.so*") + glob.glob("/usr/lib/llvm-*/lib/libLLVM*.so*"):
-        version = re.search(r"libLLVM(?:-|\.so\.)(\d+)", path)
+    for path in Path("/usr/lib").glob("*/libLLVM*.so*"):
+        version = re.match(r"libLLVM(?:-|\.so\.)(\d+)", path.name)
         if version:
-            found[int(version[1])] = path
+            found[int(version[1])] = str(path)
     if not found or max(found) < 17:
         raise SystemExit("the peer needs libLLVM 17 or newer (Debian: libllvm19), or DRJIT_LIBLLVM_PATH set to one")
     return found[max(found)]
@@ -47,7 +47,7 @@ BATCH = 256  # camera rays per pixel and pass; a whole wavefront must fit in mem
 
 
 class InterferenceFilm(mi.BSDF):
-    """A free film in air whose thickness falls linearly with height, from ``bottom_nm`` at z = -1 to ``top_nm`` at z = 1."""
+    """A free film in air; its thickness goes linearly from ``bottom_nm`` at z = -1 to ``top_nm`` at z = 1."""
 
     def __init__(self, properties: mi.Properties) -> None:
         mi.BSDF.__init__(self, properties)
@@ -78,7 +78,7 @@ class InterferenceFilm(mi.BSDF):
         p = film((n * outer - inner) / (n * outer + inner))
         return 0.5 * (s + p)
 
-    def sample(self, context, hit, sample1, sample2, active=True):  # noqa: ANN001, ANN201, ARG002  Mitsuba's signature
+    def sample(self, context, hit, sample1, sample2, active=True):
         reflectance = self.reflectance(hit)
         chance = dr.mean(reflectance)
         reflected = sample1 < chance
@@ -93,13 +93,13 @@ class InterferenceFilm(mi.BSDF):
         weight = dr.select(reflected, reflectance / chance, (1.0 - reflectance) / (1.0 - chance))
         return result, weight & (active & (result.pdf > 0))
 
-    def eval(self, context, hit, direction, active=True):  # noqa: ANN001, ANN201, ARG002
+    def eval(self, context, hit, direction, active=True):
         return mi.Spectrum(0.0)
 
-    def pdf(self, context, hit, direction, active=True):  # noqa: ANN001, ANN201, ARG002
+    def pdf(self, context, hit, direction, active=True):
         return mi.Float(0.0)
 
-    def eval_pdf(self, context, hit, direction, active=True):  # noqa: ANN001, ANN201, ARG002
+    def eval_pdf(self, context, hit, direction, active=True):
         return mi.Spectrum(0.0), mi.Float(0.0)
 
     def to_string(self) -> str:

@@ -5,7 +5,7 @@ usage: studio.py FOLDER
 FOLDER/studio.exr        y up: row 0 looks to +y, the middle column to -z, columns grow towards +x (what iridesce reads)
 FOLDER/studio_zup.exr    the same light for a z-up world whose camera stands on -y and looks to +y (what the peer reads)
 
-Needs numpy and OpenEXR.
+Needs numpy only; the EXR writer is that of the tests' oracles.
 """
 
 from __future__ import annotations
@@ -14,6 +14,9 @@ import sys
 from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python" / "tests"))
+from oracles.environment import write_exr
 
 # (first and last column as shares of the width, lowest and highest elevation in degrees, linear Rec.709 radiance)
 SOFT_BOXES = [
@@ -37,7 +40,9 @@ def studio_z_up(height: int = 512, width: int = 1024) -> np.ndarray:
     image = (0.03 + 0.17 * up**1.5)[..., None] * np.array([0.92, 1.0, 1.12])
     for first, last, low_deg, high_deg, radiance in SOFT_BOXES:
         across = np.clip((u - first) / EDGE_COLUMNS, 0, 1) * np.clip((last - u) / EDGE_COLUMNS, 0, 1)
-        along = np.clip((elevation_deg - low_deg) / EDGE_DEG, 0, 1) * np.clip((high_deg - elevation_deg) / EDGE_DEG, 0, 1)
+        along = np.clip((elevation_deg - low_deg) / EDGE_DEG, 0, 1) * np.clip(
+            (high_deg - elevation_deg) / EDGE_DEG, 0, 1
+        )
         cover = (across * along)[..., None]
         image = image * (1.0 - cover) + cover * np.array(radiance)
     return image.astype(np.float32)
@@ -46,14 +51,6 @@ def studio_z_up(height: int = 512, width: int = 1024) -> np.ndarray:
 def studio_y_up(height: int = 512, width: int = 1024) -> np.ndarray:
     """The same light turned so that the middle column is what the camera sees straight ahead."""
     return np.roll(studio_z_up(height, width), width // 4, axis=1)
-
-
-def write_exr(path: Path, image: np.ndarray) -> None:
-    """Write (height, width, 3) linear radiance as a ZIP-compressed scan-line file."""
-    import OpenEXR
-
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    OpenEXR.File(header, {"RGB": np.ascontiguousarray(image, dtype=np.float32)}).write(str(path))
 
 
 def write_studio(folder: Path) -> None:

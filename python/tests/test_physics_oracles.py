@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import tmm
+
 from oracles import environment, spectra
 from oracles.camera import camera_rays
 from oracles.film import film_amplitudes, film_powers
 from oracles.film_sphere import FilmSphere, picture, radiance_xyz
 from oracles.mueller import diattenuating_retarder, frame_turn
 from oracles.polarised_trace import Bounce, Tracer, chain_of_spheres, film_matrices, power_of_unpolarised
+from oracles.ztest import z_test
 
 CAMERA = {"position": [0.3, 0.5, 4.0], "target": [0.0, 0.1, 0.0], "fov_deg": 35.0, "resolution": [10, 8]}
 
@@ -48,7 +50,9 @@ def test_film_is_isotropic_at_normal_incidence():
     a = film_amplitudes(1.5 + 0.2j, 100.0, 1.0, 550.0)
     assert a.r_p == pytest.approx(-a.r_s)
     assert a.t_p == pytest.approx(a.t_s)
-    r, t, mirrored = film_matrices(type(a)(*(np.atleast_1d(v) for v in a)), np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0]))
+    r, t, mirrored = film_matrices(
+        type(a)(*(np.atleast_1d(v) for v in a)), np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0])
+    )
     across = np.diag([1.0, 1.0, 0.0])
     assert r[0][:2, :2] == pytest.approx(a.r_s * across[:2, :2])
     assert t[0][:2, :2] == pytest.approx(a.t_s * across[:2, :2])
@@ -114,7 +118,7 @@ def test_field_matrices_against_mueller_algebra(index, turns_deg):
 
 @pytest.mark.parametrize("angle_deg", [45.0, 50.0, 55.0, 60.0])
 def test_what_leaving_polarisation_out_costs(angle_deg):
-    """Two bounces on soap films near Brewster's angle: twice too dark with planes parallel, far too bright when crossed."""
+    """Two bounces near Brewster's angle: blind to it, twice too dark (planes parallel), far too bright (crossed)."""
     luminance = spectra.xyz_weights()[:, 1]
     film = film_amplitudes(1.33, 300.0, np.cos(np.radians(angle_deg)), spectra.WAVELENGTH_NM)
     r_s, r_p = np.abs(film.r_s) ** 2, np.abs(film.r_p) ** 2
@@ -125,3 +129,44 @@ def test_what_leaving_polarisation_out_costs(angle_deg):
     assert (m @ frame_turn(np.pi / 2) @ m)[:, 0, 0] @ luminance == pytest.approx(crossed)
     assert 1.79 < parallel / blind <= 2.0
     assert 0.0 <= crossed / blind < 0.21
+
+
+def test_z_test_passes_noise_and_sees_bias_and_dependence():
+    rng = np.random.default_rng(1)
+    truth = rng.uniform(0.5, 2.0, (20, 24, 3))
+    noise = rng.exponential(1.0, (128, *truth.shape)) - 1.0  # skewed, as rendering noise is
+    assert z_test(truth + 0.3 * noise, truth).passes()
+    assert not z_test(truth * 1.005 + 0.3 * noise, truth).passes()
+    one_pixel = truth + 0.3 * noise
+    one_pixel[:, 3, 4, 1] += 0.3
+    assert not z_test(one_pixel, truth).passes()
+    assert not z_test(truth + 0.3 * np.repeat(noise[::4], 4, axis=0), truth).passes()  # seeds that repeat
+
+
+def test_lookup_follows_the_written_conventions():
+    """First row +y, middle column -z, columns grow towards +x; rotation from +z towards +x."""
+    directions = environment.texel_directions(64, 128)
+    assert directions[0, 5] == pytest.approx([0.0, 1.0, 0.0], abs=0.03)
+    assert directions[32, 64] == pytest.approx([0.0, 0.0, -1.0], abs=0.05)
+    assert directions[32, 96] == pytest.approx([1.0, 0.0, 0.0], abs=0.05)
+    image = np.random.default_rng(2).random((64, 128)).astype(np.float32)
+    assert environment.lookup(image, directions) == pytest.approx(image, abs=1e-6)
+    # what the map shows at +z is seen towards +x after a quarter turn
+    towards_z = environment.lookup(image, np.array([0.0, 0.0, 1.0]))
+    assert environment.lookup(image, np.array([1.0, 0.0, 0.0]), 90.0) == pytest.approx(towards_z, abs=1e-9)
+    smooth = environment.bake(environment.smooth_grey)
+    sample = np.random.default_rng(3).normal(size=(1000, 3))
+    sample /= np.linalg.norm(sample, axis=-1, keepdims=True)
+    assert environment.lookup(smooth, sample) == pytest.approx(environment.smooth_grey(sample), abs=2e-4)
+
+
+def test_camera_follows_the_written_conventions():
+    """Row 0 on top, columns to the right, fov_deg the full vertical angle, whatever the aspect ratio."""
+    camera = {"position": [0, 0, 5], "target": [0, 0, 0], "fov_deg": 40.0, "resolution": [20, 10]}
+    _, top = camera_rays(camera, 10.0, 0.0)
+    assert np.degrees(np.arctan2(top[1], -top[2])) == pytest.approx(20.0)
+    _, right = camera_rays(camera, 20.0, 5.0)
+    assert right[0] / -right[2] == pytest.approx(2.0 * np.tan(np.radians(20.0)))
+    origin, direction = camera_rays({**camera, "orthographic_height": 3.0}, 0.0, 10.0)
+    assert origin == pytest.approx([-3.0, -1.5, 5.0])
+    assert direction == pytest.approx([0.0, 0.0, -1.0])

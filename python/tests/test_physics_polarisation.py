@@ -1,4 +1,4 @@
-"""Film spheres lit through each other: the renderer against field matrices, and against what it would see blind to polarisation.
+"""Film spheres lit through each other: the renderer against field matrices, and against a blind one.
 
 Each case places spheres so that one ray is mirrored by all of them in turn, in planes of incidence turned against each
 other; a soft lamp stands where the ray leaves, so that the chain of mirrors gives most of the light in a tiny window.
@@ -6,9 +6,10 @@ other; a soft lamp stands where the ray leaves, so that the chain of mirrors giv
 
 from __future__ import annotations
 
-import iridesce as ir
 import numpy as np
 import pytest
+
+import iridesce as ir
 from oracles import environment, spectra
 from oracles.camera import camera_rays
 from oracles.film import film_amplitudes
@@ -69,21 +70,29 @@ def test_the_elliptic_case_needs_all_four_stokes_parameters():
     assert (linear_only[:, 0] @ luminance) / (stokes[:, 0] @ luminance) > 2.0
 
 
+@pytest.mark.slow
 def test_one_sphere_before_another(tmp_path, monkeypatch):
-    """A whole picture with both kinds of branches: one bubble seen through the walls of another, under a smooth light."""
+    """Both kinds of branches: bubbles seen through the walls of others, under a smooth light."""
     monkeypatch.chdir(tmp_path)
     sky = environment.bake(environment.smooth_grey)
     environment.write_exr(tmp_path / "smooth.exr", sky)
     spheres = [
         FilmSphere(1.6, 200.0, 420.0, center=(0.0, 0.0, 0.0), radius=1.0),
-        FilmSphere(spectra.water_index, 250.0, 550.0, center=(0.9, 0.5, -1.6), radius=1.0),  # overlaps nothing, lies behind
+        FilmSphere(
+            spectra.water_index, 250.0, 550.0, center=(0.9, 0.5, -1.6), radius=1.0
+        ),  # overlaps nothing, lies behind
         FilmSphere(2.0, 150.0, 150.0, center=(-0.5, -0.4, 0.5), radius=0.6),  # cuts the first
     ]
     camera = {"position": [0.3, 0.4, 5.0], "target": [0.2, 0.1, 0.0], "fov_deg": 30.0, "resolution": [12, 12]}
     # single rays: pixels of 1/500 of a degree around each place, so that no pixel average blurs the comparison
-    for column, row in ((5.3, 6.1), (8.1, 4.4), (4.2, 7.0), (6.9, 5.0), (9.8, 3.1)):
+    for column, row in ((5.3, 6.1), (8.1, 4.4), (3.4, 7.2), (6.9, 5.0), (9.8, 3.1)):
         origin, direction = camera_rays(camera, column, row)
-        window = {"position": origin.tolist(), "target": (origin + 5.0 * direction).tolist(), "fov_deg": 0.004, "resolution": [2, 2]}
+        window = {
+            "position": origin.tolist(),
+            "target": (origin + 5.0 * direction).tolist(),
+            "fov_deg": 0.004,
+            "resolution": [2, 2],
+        }
         tracer = Tracer(spheres, lambda d: environment.lookup(sky, d), depth=22, threshold=1e-6)
         wanted = tracer.picture(window, points=1)
         got = ir.render(scene(spheres, window, {"map": "smooth.exr"}, samples=1024, max_depth=16)).xyz

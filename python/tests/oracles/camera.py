@@ -1,4 +1,4 @@
-"""Camera rays: world right-handed, y up in the picture unless told, row 0 on top, ``fov_deg`` the full vertical angle."""
+"""Camera rays: world right-handed, y up unless told, row 0 on top, ``fov_deg`` the full vertical angle."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def unit(vector: ArrayLike) -> NDArray[np.float64]:
 def camera_rays(
     camera: Mapping[str, Any], column: ArrayLike, row: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Origins and directions, each (..., 3), through picture places ``column``, ``row``: pixel (i, j) spans i..i+1, j..j+1.
+    """Origins and directions, each (..., 3), through places of the picture; pixel i spans ``column`` i to i + 1.
 
     ``camera`` is a scene's camera table: position, target, up, fov_deg or orthographic_height, resolution.
     """
@@ -40,7 +40,7 @@ def camera_rays(
 
 
 def pixel_places(points: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Column and row offsets in 0..1 and weights, each (points^2,), of the Gauss-Legendre rule over one pixel's square."""
+    """Column and row offsets in 0..1 and weights, each (points^2,): Gauss-Legendre over one pixel's square."""
     node, weight = np.polynomial.legendre.leggauss(points)
     node, weight = (node + 1.0) / 2.0, weight / 2.0
     column, row = np.meshgrid(node, node)

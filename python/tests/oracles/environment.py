@@ -56,7 +56,9 @@ def smooth_grey(direction: Directions) -> NDArray[np.float64]:
     return 1.2 + 0.5 * x + 0.3 * y - 0.25 * z + 0.2 * x * y - 0.15 * y * z + 0.1 * (x * x - z * z)
 
 
-def lobe(axis: NDArray[np.float64], sharpness: float, peak: float, ambient: float) -> Callable[[Directions], NDArray[np.float64]]:
+def lobe(
+    axis: NDArray[np.float64], sharpness: float, peak: float, ambient: float
+) -> Callable[[Directions], NDArray[np.float64]]:
     """A soft grey lamp around ``axis`` on a dim sky: ambient + peak exp(sharpness (cos(angle) - 1))."""
 
     def radiance(direction: Directions) -> NDArray[np.float64]:
@@ -66,7 +68,7 @@ def lobe(axis: NDArray[np.float64], sharpness: float, peak: float, ambient: floa
 
 
 def write_exr(path: Path, image: NDArray[np.float32]) -> None:
-    """Write (height, width) grey or (height, width, 3) linear Rec.709 as an uncompressed float32 scan-line OpenEXR file.
+    """Write (height, width) grey or (height, width, 3) linear Rec.709 as an uncompressed float32 scan-line EXR.
 
     Written out by hand from the file layout (openexr.com, "OpenEXR File Layout"), so that a reader is not tested with
     the library it was made from. Grey is written as R = G = B.

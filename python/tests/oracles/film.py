@@ -17,15 +17,21 @@ class Amplitudes(NamedTuple):
     t_p: NDArray[np.complex128]
 
 
-def film_amplitudes(index: ArrayLike, thickness_nm: ArrayLike, cos_theta: ArrayLike, wavelength_nm: ArrayLike) -> Amplitudes:
+def film_amplitudes(
+    index: ArrayLike, thickness_nm: ArrayLike, cos_theta: ArrayLike, wavelength_nm: ArrayLike
+) -> Amplitudes:
     """r and t of a film of complex ``index`` between two half spaces of index 1; all arguments broadcast.
 
-    r = r12 (1 - e) / (1 - r12^2 e), t = (1 - r12^2) sqrt(e) / (1 - r12^2 e), e = exp(4 pi i n d cos(theta_film) / lambda).
+    r = r12 (1 - e) / (1 - r12^2 e)
+    t = (1 - r12^2) sqrt(e) / (1 - r12^2 e)
+    e = exp(4 pi i n d cos(theta_film) / lambda)
     """
     n = np.asarray(index, dtype=complex)
     outer = np.asarray(cos_theta, dtype=float)
     inner = np.sqrt(1.0 - (1.0 - outer**2) / n**2)  # real part > 0 for n + ik, k >= 0, and index 1 outside
-    half_turn = np.exp(2j * np.pi * n * np.asarray(thickness_nm, dtype=float) * inner / np.asarray(wavelength_nm, dtype=float))
+    half_turn = np.exp(
+        2j * np.pi * n * np.asarray(thickness_nm, dtype=float) * inner / np.asarray(wavelength_nm, dtype=float)
+    )
     round_trip = half_turn**2
 
     def film(face: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:

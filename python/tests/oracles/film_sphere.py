@@ -1,8 +1,8 @@
 """The closed form of a lone film sphere.
 
 A ray that meets the sphere at the angle theta meets it again and again at that same angle and in one plane, for outside
-and inside are the same medium and a film does not bend what passes it. So s and p never mix, every inner hit turns place
-and direction by pi - 2 theta, and the radiance towards the camera is
+and inside are the same medium and a film does not bend what passes it. So s and p never mix, every inner hit turns
+place and direction by pi - 2 theta, and the radiance towards the camera is
 
     L = R_0 L_env(mirrored) + T_0 sum_j [prod_{0 < i < j} R_i] T_j L_env(d_j),    averaged over s and p,
 
@@ -119,7 +119,7 @@ def radiance_xyz(
     environment: Environment,
     light: Light | None = None,
 ) -> NDArray[np.float64]:
-    """XYZ (rays, 3) seen along rays (rays, 3); ``environment`` gives the radiance of unit directions, ``light`` its spectrum."""
+    """XYZ (rays, 3) along rays (rays, 3); ``environment``: radiance of unit directions, ``light``: its spectrum."""
     light = light or spectra.lamp()
     hits, distance, inside = sphere.first_hit(origin, direction)
     xyz = environment(direction)[:, None] * light.weights.sum(axis=0)

@@ -1,16 +1,16 @@
 """Polarised light through many film spheres with 3 x 3 field matrices, every branch followed.
 
-Every film hit maps the electric field of a plane wave in world coordinates (Yun, Crabtree & Chipman, Appl. Opt. 50, 2855
-(2011), "Three-dimensional polarization ray-tracing calculus I"):
+Every film hit maps the electric field of a plane wave in world coordinates (Yun, Crabtree & Chipman, Appl. Opt. 50,
+2855 (2011), "Three-dimensional polarization ray-tracing calculus I"):
 
     reflection     M = r_s s s^T + r_p p_out p_in^T          s = unit(k_in x n), p = k x s
     transmission   M = t_s s s^T + t_p p p^T
 
-No Stokes vector and no frame to turn appears anywhere. Paths are found from the camera backwards; along each the matrices
-are multiplied in the order in which light meets them, camera side leftmost. Unpolarised light is two orthogonal fields of
-half the power each. Different paths add their powers.
+No Stokes vector and no frame to turn appears anywhere. Paths are found from the camera backwards; along each the
+matrices are multiplied in the order in which light meets them, camera side leftmost. Unpolarised light is two
+orthogonal fields of half the power each. Different paths add their powers.
 
-``polarised=False`` replaces every hit by the mean of its s and p reflectance: what a renderer without polarisation finds.
+``polarised=False`` takes the mean of s and p at every hit: what a renderer without polarisation finds.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ NEAR = 1e-9  # a hit closer than this is the one just left, scene units
 
 
 def film_matrices(amplitudes: Amplitudes, k_in: Vector, normal: Vector) -> tuple[NDArray[Any], NDArray[Any], Vector]:
-    """Field matrices (471, 3, 3) of reflection and transmission for light along ``k_in``, and the mirrored direction."""
+    """Field matrices (471, 3, 3) of reflection and transmission of light along ``k_in``; the mirrored direction."""
     cosine = float(k_in @ normal)
     mirrored = k_in - 2.0 * cosine * normal
     across = np.cross(k_in, normal)
@@ -48,7 +48,7 @@ def film_matrices(amplitudes: Amplitudes, k_in: Vector, normal: Vector) -> tuple
 
 
 def power_of_unpolarised(chain: NDArray[Any], k: Vector) -> NDArray[np.float64]:
-    """Share of the power of unpolarised light along ``k`` that gets through the field matrices ``chain`` (471, 3, 3)."""
+    """Share of the power of unpolarised light along ``k`` that gets through ``chain`` (471, 3, 3)."""
     first = unit(np.cross(k, [1.0, 0.0, 0.0] if abs(k[0]) < 0.7 else [0.0, 1.0, 0.0]))
     fields = np.stack([first, np.cross(k, first)], axis=-1)
     return 0.5 * np.sum(np.abs(chain @ fields) ** 2, axis=(-2, -1))
@@ -56,7 +56,7 @@ def power_of_unpolarised(chain: NDArray[Any], k: Vector) -> NDArray[np.float64]:
 
 @dataclass
 class Tracer:
-    """Traces camera rays through ``spheres`` to ``depth`` hits; ``left_out`` is the largest share of light not followed."""
+    """Traces camera rays to ``depth`` hits; ``left_out`` is the largest share of light not followed."""
 
     spheres: Sequence[FilmSphere]
     environment: Environment
@@ -133,7 +133,7 @@ class Tracer:
 
 @dataclass(frozen=True)
 class Bounce:
-    """One mirror-like meeting of a chain: a film, its angle and how far its plane of incidence is turned from the last."""
+    """One reflection of a chain: a film, its angle, and how far its plane is turned from the one before."""
 
     index: Any
     thickness_nm: float
@@ -160,7 +160,13 @@ def chain_of_spheres(bounces: Sequence[Bounce], gap: float = 3.0) -> tuple[list[
         normal = -np.cos(theta) * ray + np.sin(theta) * sideways
         center = place - bounce.radius * normal
         spheres.append(
-            FilmSphere(bounce.index, bounce.thickness_nm, bounce.thickness_nm, center=tuple(center.tolist()), radius=bounce.radius)
+            FilmSphere(
+                bounce.index,
+                bounce.thickness_nm,
+                bounce.thickness_nm,
+                center=tuple(center.tolist()),
+                radius=bounce.radius,
+            )
         )
         mirrored = unit(ray - 2.0 * (ray @ normal) * normal)
         # the new in-plane direction across the ray, on the same side of the plane of incidence

@@ -23,7 +23,7 @@ def film_sphere_object(sphere: FilmSphere, medium: Any, name: str = "sphere") ->
 
 
 def medium_of(sphere: FilmSphere) -> Any:
-    """"water" for a function of wavelength, a number or [n, k] otherwise."""
+    """ "water" for a function of wavelength, a number or [n, k] otherwise."""
     if callable(sphere.index):
         return "water"
     index = complex(sphere.index)

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-ROUND_OFF = 2e-6  # relative; float32 sums of many terms, so a noise-free pixel is not asked for more than its arithmetic
+ROUND_OFF = (
+    2e-6  # relative; float32 sums of many terms, so a noise-free pixel is not asked for more than its arithmetic
+)
 
 
 @dataclass(frozen=True)
@@ -16,15 +18,17 @@ class ZTest:
 
     worst: float  # largest |z| over all pixels
     limit: float  # what |z| stays below in all pixels with probability 0.9999 if nothing is wrong
-    mean_square: float  # mean of z^2, 1 if the errors are what the spread of the samples says
+    mean_square: float  # mean of z^2: near 1 if the images are independent, more if their errors agree
     bias: float  # z of the whole image's mean, which sees a small error shared by all pixels
 
     def passes(self) -> bool:
         """No pixel, nor the whole, is further off than chance allows (probability of a false alarm about 1 in 5000)."""
-        return self.worst < self.limit and abs(self.bias) < 4.0 and self.mean_square < 1.5
+        return self.worst < self.limit and abs(self.bias) < 4.0 and 0.6 < self.mean_square < 1.5
 
 
-def z_test(images: NDArray[np.floating], wanted: NDArray[np.floating], wanted_error: NDArray[np.floating] | float = 0.0) -> ZTest:
+def z_test(
+    images: NDArray[np.floating], wanted: NDArray[np.floating], wanted_error: NDArray[np.floating] | float = 0.0
+) -> ZTest:
     """``images`` (n, ...) independent estimates of ``wanted`` (...), whose own standard error is ``wanted_error``.
 
     The limit corrects for the number of pixels (Sidak) and for the spread being estimated from n images (Student's t,
