@@ -103,7 +103,7 @@ class Medium:
 
     @property
     def kind(self) -> str:
-        """``"constant"``, ``"formula"``, ``"table"`` or ``"formula and table"``."""
+        """``"constant"``, ``"formula"``, ``"table"``, ``"formula and table"`` or ``"mixture"``."""
         return self._core.kind
 
     @property
@@ -188,7 +188,7 @@ class MediumName(str):
 
     @property
     def kind(self) -> str:
-        """``"constant"``, ``"formula"``, ``"table"`` or ``"formula and table"``."""
+        """``"constant"``, ``"formula"``, ``"table"``, ``"formula and table"`` or ``"mixture"``."""
         return _named(self).kind
 
     @property
