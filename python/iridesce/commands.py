@@ -11,7 +11,7 @@ import json
 import re
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -95,14 +95,13 @@ def render(
     import iridesce as ir
 
     started = time.perf_counter()
-    with _progress() as advance:
-        image = ir.render(loaded, samples=samples, seed=seed, size=width_height, threads=threads, progress=advance)
+    image = ir.render(loaded, samples=samples, seed=seed, size=width_height, threads=threads, progress=True)
     for path in paths:
         image.save(path, exposure=stops)
     seconds = time.perf_counter() - started
-    metadata = {**image.metadata}
     if as_json:
-        _print_json({"files": [str(path) for path in paths], **metadata})
+        facts = {key: value for key, value in image.metadata.items() if key != "scene"}
+        _print_json({"files": [str(path) for path in paths], **facts})
     else:
         for path in paths:
             print(path)
@@ -368,17 +367,11 @@ def _plain_name(scene: str) -> str:
 
 def _check_output(path: Path) -> None:
     """Find out before a long render, not after it, that its picture has nowhere to go."""
-    import os
+    from iridesce.image import check_output
 
     if path.suffix.lower() not in {".png", ".exr"}:
         raise typer.BadParameter(f"the name must end in .png or .exr, got {str(path)!r}", param_hint="-o")
-    folder = path.parent
-    if not folder.is_dir():
-        raise OSError(f"{path}: cannot be written, there is no folder {str(folder)!r}")
-    if path.is_dir():
-        raise OSError(f"{path}: cannot be written, it is a folder")
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise OSError(f"{path}: cannot be written, the folder {str(folder)!r} is not writable")
+    check_output(path)
 
 
 # --- writing the answer --------------------------------------------------------------------------------------------
@@ -395,39 +388,6 @@ def _plain(value: Any) -> Any:
 
 def _note(text: str) -> None:
     print(text, file=sys.stderr)
-
-
-@contextlib.contextmanager
-def _progress() -> Iterator[Callable[[int, int], None] | None]:
-    """A bar with the time left on stderr; nothing where stderr is no terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        TaskProgressColumn,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (
-        TextColumn("rendering"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("rendering", total=None)
-
-        def advance(done: int, total: int) -> None:
-            bar.update(task, completed=done, total=total)
-
-        yield advance
 
 
 def _summary(image: Image, seconds: float) -> str:

@@ -248,7 +248,8 @@ def test_check_fills_in_the_defaults(iridesce: Run, tmp_path: Path) -> None:
     (tmp_path / "least.toml").write_text(
         "version = 1\n[camera]\nposition = [0, 0, 16]\n[[object]]\nname = 'a'\n"
         "shape = { sphere = { radius = 4.0 } }\n"
-        "surface = { film = { medium = 'soap', thickness_nm = 300 } }\n[[light]]\nenvironment = { builtin = 'studio' }\n"
+        "surface = { film = { medium = 'soap', thickness_nm = 300 } }\n"
+        "[[light]]\nenvironment = { builtin = 'studio' }\n"
     )
     finished = iridesce("check", "least.toml")
     assert finished.returncode == 0, finished.stderr

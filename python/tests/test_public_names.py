@@ -113,7 +113,8 @@ def test_public_name_is_documented(name: str) -> None:
     text = inspect.getdoc(value) or ""
     assert len(text) > 20, f"{name} has no docstring"
     if is_function:
-        assert "Returns" in text, f"the docstring of {name} does not say what it returns"
+        if inspect.signature(value).return_annotation not in ("None", None):
+            assert "Returns" in text, f"the docstring of {name} does not say what it returns"
         assert "Raises" in text, f"the docstring of {name} does not say what it raises"
 
 

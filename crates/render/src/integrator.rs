@@ -21,6 +21,7 @@ use crate::geometry::{Hit, nearest};
 use crate::lanes::Lanes;
 use crate::prepare::{Prepared, SURROUNDING};
 use crate::sampler::Choices;
+use crate::spectral::LANES;
 use crate::vector::Vec3;
 
 /// Luminance (of 1 at the camera) below which a branch survives only by chance. One such choice makes noise of at most
@@ -49,22 +50,51 @@ struct Path {
 enum Fate {
     /// It meets another film.
     GoesOn(Hit),
-    /// It leaves the scene and finds this linear Rec.709 radiance in the maps (and the uniform lights).
-    Leaves([f32; 3]),
+    /// It leaves the scene.
+    Leaves,
 }
 
-impl Fate {
-    #[inline(always)]
-    fn leaves(&self) -> (bool, [f32; 3]) {
-        match *self {
-            Fate::GoesOn(_) => (false, [0.0; 3]),
-            Fate::Leaves(rgb) => (true, rgb),
-        }
-    }
+/// Where the spectra of a branch are written.
+#[derive(Clone, Copy)]
+enum Target {
+    /// Into the arena: the branch goes on.
+    Slot(usize),
+    /// Among the paths that leave for the maps.
+    Out(usize),
+    /// Nowhere: there are uniform lights only.
+    Nowhere,
 }
 
 /// Sums of X, Y, Z over a block's lanes.
 struct Sums<S: Simd>([f32x16<S>; 3]);
+
+/// Paths on their way out to the maps, sixteen at a time.
+struct Leaving {
+    directions: [Lanes; 3],
+    /// Sum of s and p weights: spectrum of path i from `i * blocks`. Empty for paths that met nothing.
+    carried: Vec<Lanes>,
+    count: usize,
+}
+
+impl Leaving {
+    fn new(blocks: usize) -> Leaving {
+        // Unused lanes look somewhere harmless.
+        Leaving {
+            directions: [Lanes::ZERO, Lanes::ONE, Lanes::ZERO],
+            carried: vec![Lanes::ZERO; blocks * LANES],
+            count: 0,
+        }
+    }
+
+    #[inline(always)]
+    fn push(&mut self, direction: Vec3) -> usize {
+        let at = self.count;
+        let [x, y, z] = &mut self.directions;
+        (x.0[at], y.0[at], z.0[at]) = (direction.x as f32, direction.y as f32, direction.z as f32);
+        self.count += 1;
+        at
+    }
+}
 
 /// Working memory of one thread.
 pub struct Tracer<'a> {
@@ -74,6 +104,11 @@ pub struct Tracer<'a> {
     blocks: usize,
     waiting: Vec<Path>,
     free: Vec<usize>,
+    leaving: Leaving,
+    /// Camera rays that meet nothing.
+    bare: Leaving,
+    /// XYZ of the pixel so far.
+    xyz: [f64; 3],
 }
 
 impl<'a> Tracer<'a> {
@@ -87,15 +122,35 @@ impl<'a> Tracer<'a> {
             blocks,
             waiting: Vec::with_capacity(slots),
             free: (0..slots).rev().collect(),
+            leaving: Leaving::new(blocks),
+            bare: Leaving::new(0),
+            xyz: [0.0; 3],
         }
     }
 
-    /// XYZ that arrives at the camera along a ray.
+    /// The sum of XYZ over all rays since the last call.
     #[inline(always)]
-    pub fn radiance<S: Simd>(&mut self, simd: S, ray: Ray, choices: &mut Choices) -> [f32; 3] {
+    pub fn take_xyz<S: Simd>(&mut self, simd: S) -> [f64; 3] {
+        self.reach_maps(simd);
+        self.reach_maps_bare(simd);
+        std::mem::take(&mut self.xyz)
+    }
+
+    /// Adds what arrives at the camera along a ray.
+    #[inline(always)]
+    pub fn trace<S: Simd>(&mut self, simd: S, ray: Ray, choices: &mut Choices) {
         let scene = self.scene;
         let Some(hit) = nearest(&scene.spheres, &ray, None) else {
-            return scene.lights.xyz(ray.direction);
+            for c in 0..3 {
+                self.xyz[c] += scene.lights.uniform_xyz[c];
+            }
+            if scene.lights.has_maps() {
+                self.bare.push(ray.direction);
+                if self.bare.count == LANES {
+                    self.reach_maps_bare(simd);
+                }
+            }
+            return;
         };
         let slot = self.free.pop().expect("all slots are free between camera rays");
         let start = slot * 4 * self.blocks;
@@ -109,21 +164,65 @@ impl<'a> Tracer<'a> {
             medium: SURROUNDING,
             in_plane: true,
         };
-        let zero = f32x16::splat(simd, 0.0);
-        let mut sums = Sums([zero; 3]);
+        let mut sums = Sums([f32x16::splat(simd, 0.0); 3]);
         loop {
             if !self.meet_film(simd, &mut path, &mut sums, choices) {
                 self.free.push(path.slot);
                 match self.waiting.pop() {
                     Some(next) => path = next,
-                    None => {
-                        let [x, y, z] = sums.0;
-                        // Not `map`: closures are not compiled for the wider instructions.
-                        return [x.reduce_sum(), y.reduce_sum(), z.reduce_sum()];
-                    }
+                    None => break,
                 }
             }
         }
+        self.add(&sums);
+    }
+
+    /// Not `map`: closures are not compiled for the wider instructions.
+    #[inline(always)]
+    fn add<S: Simd>(&mut self, sums: &Sums<S>) {
+        let [x, y, z] = sums.0;
+        self.xyz[0] += f64::from(x.reduce_sum());
+        self.xyz[1] += f64::from(y.reduce_sum());
+        self.xyz[2] += f64::from(z.reduce_sum());
+    }
+
+    /// Looks up the maps for the paths that have left.
+    #[inline(always)]
+    fn reach_maps<S: Simd>(&mut self, simd: S) {
+        if self.leaving.count == 0 {
+            return;
+        }
+        let lights = &self.scene.lights;
+        let [red, green, blue] = lights.map_rgb(simd, &self.leaving.directions);
+        let mut xyz = [f32x16::splat(simd, 0.0); 3];
+        for path in 0..self.leaving.count {
+            let rgb = [red[path], green[path], blue[path]];
+            for block in 0..self.blocks {
+                let carried = self.leaving.carried[path * self.blocks + block].load(simd);
+                xyz = lights.add_map(simd, block, carried, rgb, xyz);
+            }
+        }
+        self.leaving.count = 0;
+        self.add(&Sums(xyz));
+    }
+
+    /// The same for camera rays that met nothing.
+    #[inline(always)]
+    fn reach_maps_bare<S: Simd>(&mut self, simd: S) {
+        if self.bare.count == 0 {
+            return;
+        }
+        let rgb = self.scene.lights.map_rgb(simd, &self.bare.directions);
+        let mut sum = [0.0_f64; 3];
+        for ray in 0..self.bare.count {
+            for c in 0..3 {
+                sum[c] += f64::from(rgb[c][ray]);
+            }
+        }
+        for (total, part) in self.xyz.iter_mut().zip(self.scene.lights.xyz(sum)) {
+            *total += part;
+        }
+        self.bare.count = 0;
     }
 
     /// Splits a path at a film. It continues as `path` (false: nothing of it is left); a second branch waits.
@@ -143,21 +242,25 @@ impl<'a> Tracer<'a> {
         let mirror = direction - hit.normal * (2.0 * along);
         let passed = self.fate(&hit, direction);
         let mirrored = self.fate(&hit, mirror);
+        if self.leaving.count + 2 > LANES {
+            self.reach_maps(simd);
+        }
         let (slot, both_go_on) = (path.slot, matches!((passed, mirrored), (Fate::GoesOn(_), Fate::GoesOn(_))));
         let other = if both_go_on { self.free.pop().expect("one slot a level") } else { slot };
+        let to = [self.target(mirrored, other, mirror), self.target(passed, slot, direction)];
         let (mirrored_y, passed_y) = if path.in_plane && film.table.is_plain() {
-            self.split_plain(simd, path, cos_theta, thickness_nm, [other, slot], [mirrored, passed], sums)
+            self.split_plain(simd, path, cos_theta, thickness_nm, to, sums)
         } else {
-            self.split_any(simd, path, cos_theta, thickness_nm, [other, slot], [mirrored, passed], sums)
+            self.split_any(simd, path, cos_theta, thickness_nm, to, sums)
         };
 
         match (mirrored, passed) {
-            (Fate::Leaves(_), Fate::Leaves(_)) => false,
-            (Fate::GoesOn(hit), Fate::Leaves(_)) => {
+            (Fate::Leaves, Fate::Leaves) => false,
+            (Fate::GoesOn(hit), Fate::Leaves) => {
                 (path.direction, path.hit) = (mirror, hit);
                 self.survives(simd, path, mirrored_y, sums, choices)
             }
-            (Fate::Leaves(_), Fate::GoesOn(hit)) => {
+            (Fate::Leaves, Fate::GoesOn(hit)) => {
                 path.hit = hit;
                 self.survives(simd, path, passed_y, sums, choices)
             }
@@ -187,7 +290,17 @@ impl<'a> Tracer<'a> {
     fn fate(&self, hit: &Hit, direction: Vec3) -> Fate {
         match nearest(&self.scene.spheres, &Ray { origin: hit.point, direction }, Some(hit.object)) {
             Some(next) => Fate::GoesOn(next),
-            None => Fate::Leaves(self.scene.lights.map_rgb(direction)),
+            None => Fate::Leaves,
+        }
+    }
+
+    /// Where the spectra of a branch are written.
+    #[inline(always)]
+    fn target(&mut self, fate: Fate, slot: usize, direction: Vec3) -> Target {
+        match fate {
+            Fate::GoesOn(_) => Target::Slot(slot),
+            Fate::Leaves if self.scene.lights.has_maps() => Target::Out(self.leaving.push(direction)),
+            Fate::Leaves => Target::Nowhere,
         }
     }
 
@@ -247,11 +360,16 @@ impl<'a> Tracer<'a> {
     /// Adds what a path would find if the lights had their mean radiance everywhere.
     #[inline(always)]
     fn add_mean_light<S: Simd>(&self, simd: S, path: &Path, factor: f32, sums: &mut Sums<S>) {
+        let lights = &self.scene.lights;
         let mut xyz = sums.0;
         for block in 0..self.blocks {
             let s = self.arena[self.at(path.slot, 0, block)].load(simd);
             let p = self.arena[self.at(path.slot, 1, block)].load(simd);
-            xyz = self.scene.lights.add(simd, block, (s + p) * factor, self.scene.lights.mean_rgb, xyz);
+            let carried = (s + p) * factor;
+            xyz = lights.add_uniform(simd, block, carried, xyz);
+            if lights.has_maps() {
+                xyz = lights.add_map(simd, block, carried, lights.mean_rgb, xyz);
+            }
         }
         sums.0 = xyz;
     }
@@ -296,63 +414,48 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// A lossless film while all planes of incidence coincide. Branches are in the order mirrored, passed; one that
-    /// goes on is stored in its slot of `to`, one that leaves is added to `sums`. Gives the luminance of those that go on.
+    /// A lossless film while all planes of incidence coincide. `to` tells where the mirrored and the passed branch go;
+    /// the luminance of both is given back.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "one flat hot loop, called from one place")]
     fn split_plain<S: Simd>(
         &mut self,
         simd: S,
         path: &Path,
         cos_theta: f32,
         thickness_nm: f32,
-        to: [usize; 2],
-        fates: [Fate; 2],
+        to: [Target; 2],
         sums: &mut Sums<S>,
     ) -> (f32, f32) {
         let scene = self.scene;
         let table = &scene.films[path.hit.object].table;
         let zero = f32x16::splat(simd, 0.0);
-        let (mut mirrored_y, mut passed_y) = (zero, zero);
-        // Sums and fates are kept in registers; left behind references, they go through memory at every block.
+        let (mut mirrored_y, mut all_y) = (zero, zero);
         let mut xyz = sums.0;
-        let (mirrored_leaves, mirrored_rgb) = fates[0].leaves();
-        let (passed_leaves, passed_rgb) = fates[1].leaves();
         for block in 0..self.blocks {
             let [r_s, r_p] = table.reflectance(simd, block, cos_theta, thickness_nm);
             let s = self.arena[self.at(path.slot, 0, block)].load(simd);
             let p = self.arena[self.at(path.slot, 1, block)].load(simd);
             let (back_s, back_p) = (s * r_s, p * r_p);
-            let (through_s, through_p) = (s - back_s, p - back_p);
+            xyz = self.put(simd, to[0], block, back_s, back_p, xyz);
+            xyz = self.put(simd, to[1], block, s - back_s, p - back_p, xyz);
             let weight = scene.importance[block].load(simd);
-            if mirrored_leaves {
-                xyz = scene.lights.add(simd, block, back_s + back_p, mirrored_rgb, xyz);
-            } else {
-                self.store(to[0], block, back_s, back_p);
-                mirrored_y = weight.mul_add(back_s + back_p, mirrored_y);
-            }
-            if passed_leaves {
-                xyz = scene.lights.add(simd, block, through_s + through_p, passed_rgb, xyz);
-            } else {
-                self.store(to[1], block, through_s, through_p);
-                passed_y = weight.mul_add(through_s + through_p, passed_y);
-            }
+            mirrored_y = weight.mul_add(back_s + back_p, mirrored_y);
+            all_y = weight.mul_add(s + p, all_y);
         }
         sums.0 = xyz;
-        (mirrored_y.reduce_sum(), passed_y.reduce_sum())
+        let mirrored_y = mirrored_y.reduce_sum();
+        (mirrored_y, all_y.reduce_sum() - mirrored_y)
     }
 
     /// [`Tracer::split_plain`] for any film and any planes.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "one flat hot loop, called from one place")]
     fn split_any<S: Simd>(
         &mut self,
         simd: S,
         path: &Path,
         cos_theta: f32,
         thickness_nm: f32,
-        to: [usize; 2],
-        fates: [Fate; 2],
+        to: [Target; 2],
         sums: &mut Sums<S>,
     ) -> (f32, f32) {
         let scene = self.scene;
@@ -375,13 +478,9 @@ impl<'a> Tracer<'a> {
             let matrices: [&Mueller<S>; 2] = [&response.reflect, &response.transmit];
             for branch in 0..2 {
                 let out = matrices[branch].carry(&w);
-                if let (true, rgb) = fates[branch].leaves() {
-                    xyz = scene.lights.add(simd, block, out.s + out.p, rgb, xyz);
-                    continue;
-                }
-                self.store(to[branch], block, out.s, out.p);
-                if !path.in_plane {
-                    let (u_at, v_at) = (self.at(to[branch], 2, block), self.at(to[branch], 3, block));
+                xyz = self.put(simd, to[branch], block, out.s, out.p, xyz);
+                if let (Target::Slot(slot), false) = (to[branch], path.in_plane) {
+                    let (u_at, v_at) = (self.at(slot, 2, block), self.at(slot, 3, block));
                     self.arena[u_at].store(out.u);
                     self.arena[v_at].store(out.v);
                 }
@@ -392,11 +491,30 @@ impl<'a> Tracer<'a> {
         (luminance[0].reduce_sum(), luminance[1].reduce_sum())
     }
 
+    /// Writes a block of a branch to where it goes; one that leaves finds the uniform lights at once.
+    ///
+    /// Sums go in and out by value: behind a reference they pass through memory at every block.
     #[inline(always)]
-    fn store<S: Simd>(&mut self, slot: usize, block: usize, s: f32x16<S>, p: f32x16<S>) {
-        let (s_at, p_at) = (self.at(slot, 0, block), self.at(slot, 1, block));
-        self.arena[s_at].store(s);
-        self.arena[p_at].store(p);
+    fn put<S: Simd>(
+        &mut self,
+        simd: S,
+        to: Target,
+        block: usize,
+        s: f32x16<S>,
+        p: f32x16<S>,
+        xyz: [f32x16<S>; 3],
+    ) -> [f32x16<S>; 3] {
+        match to {
+            Target::Slot(slot) => {
+                let (s_at, p_at) = (self.at(slot, 0, block), self.at(slot, 1, block));
+                self.arena[s_at].store(s);
+                self.arena[p_at].store(p);
+                return xyz;
+            }
+            Target::Out(path) => self.leaving.carried[path * self.blocks + block].store(s + p),
+            Target::Nowhere => {}
+        }
+        self.scene.lights.add_uniform(simd, block, s + p, xyz)
     }
 
     #[inline(always)]

@@ -7,8 +7,7 @@ use iridesce_scene::{EnvironmentSource, Light};
 
 use crate::environment::MapLookup;
 use crate::lanes::{Lanes, blocks};
-use crate::spectral::Nodes;
-use crate::vector::Vec3;
+use crate::spectral::{LANES, Nodes};
 
 /// Weights of X, Y, Z at a block of nodes. They are halved because they meet the sum of s and p weights.
 type Weights = [Lanes; 3];
@@ -26,13 +25,14 @@ struct MapBlock {
 pub struct Lights {
     /// Sum of all lights that are the same in every direction.
     uniform: Vec<Weights>,
-    uniform_xyz: [f32; 3],
+    /// Its XYZ with nothing in between.
+    pub uniform_xyz: [f64; 3],
     maps: Vec<(MapLookup, f32)>,
     map_blocks: Vec<MapBlock>,
     /// Mean of all maps over the sphere.
     pub mean_rgb: [f32; 3],
     /// XYZ of a map's bare red, green and blue.
-    rgb_to_xyz: [[f32; 3]; 3],
+    rgb_to_xyz: [[f64; 3]; 3],
 }
 
 impl Lights {
@@ -41,9 +41,7 @@ impl Lights {
         let basis: [Vec<f64>; 3] =
             std::array::from_fn(|rgb| nodes.wavelength_nm.iter().map(|&nm| rgb_basis(nm)[rgb]).collect());
         let rgb_to_xyz = std::array::from_fn(|rgb| {
-            std::array::from_fn(|c| {
-                (map_weights[c].iter().zip(&basis[rgb]).map(|(w, f)| 2.0 * w * f).sum::<f64>()) as f32
-            })
+            std::array::from_fn(|c| map_weights[c].iter().zip(&basis[rgb]).map(|(w, f)| 2.0 * w * f).sum::<f64>())
         });
         let mut maps = Vec::new();
         let mut uniform: Option<[Vec<f64>; 3]> = None;
@@ -64,7 +62,7 @@ impl Lights {
             }
         }
         let uniform_xyz = match &uniform {
-            Some(weights) => std::array::from_fn(|c| (2.0 * weights[c].iter().sum::<f64>()) as f32),
+            Some(weights) => std::array::from_fn(|c| 2.0 * weights[c].iter().sum::<f64>()),
             None => [0.0; 3],
         };
         let mut mean_rgb = [0.0; 3];
@@ -101,24 +99,33 @@ impl Lights {
         blocks(weights.iter().flat_map(|l| l.0).map(|w| 0.5 * f64::from(w) / sum))
     }
 
-    /// Linear Rec.709 radiance of all maps in a direction.
+    /// Whether any light depends on direction.
     #[inline(always)]
-    pub fn map_rgb(&self, direction: Vec3) -> [f32; 3] {
-        let mut sum = [0.0; 3];
+    pub fn has_maps(&self) -> bool {
+        !self.maps.is_empty()
+    }
+
+    /// Linear Rec.709 radiance of all maps from sixteen directions.
+    #[inline(always)]
+    pub fn map_rgb<S: Simd>(&self, simd: S, directions: &[Lanes; 3]) -> [[f32; LANES]; 3] {
+        let [x, y, z] = directions;
+        let mut sum = [[0.0; LANES]; 3];
         for (lookup, factor) in &self.maps {
-            let rgb = lookup.rgb(direction);
+            let rgb = lookup.rgb(simd, [x.load(simd), y.load(simd), z.load(simd)]);
             for c in 0..3 {
-                sum[c] += factor * rgb[c];
+                for lane in 0..LANES {
+                    sum[c][lane] += factor * rgb[c][lane];
+                }
             }
         }
         sum
     }
 
-    /// XYZ seen by a ray that meets no surface.
+    /// XYZ of a map radiance seen with nothing in between.
     #[inline(always)]
-    pub fn xyz(&self, direction: Vec3) -> [f32; 3] {
-        let mut sum = self.uniform_xyz;
-        for (value, column) in self.map_rgb(direction).iter().zip(&self.rgb_to_xyz) {
+    pub fn xyz(&self, rgb: [f64; 3]) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for (value, column) in rgb.iter().zip(&self.rgb_to_xyz) {
             for c in 0..3 {
                 sum[c] += value * column[c];
             }
@@ -126,9 +133,9 @@ impl Lights {
         sum
     }
 
-    /// Adds the light found by a path that carries `s_and_p` at a block of nodes and sees `rgb` in the maps.
+    /// Adds the maps' light found by a path that carries `s_and_p` at a block of nodes and sees `rgb` in them.
     #[inline(always)]
-    pub fn add<S: Simd>(
+    pub fn add_map<S: Simd>(
         &self,
         simd: S,
         block: usize,
@@ -136,24 +143,33 @@ impl Lights {
         rgb: [f32; 3],
         [x, y, z]: [f32x16<S>; 3],
     ) -> [f32x16<S>; 3] {
-        let (mut x, mut y, mut z) = (x, y, z);
-        if !self.maps.is_empty() {
-            let MapBlock { basis: [red, green, blue], weights } = &self.map_blocks[block];
-            let spectrum = red.load(simd) * rgb[0];
-            let spectrum = green.load(simd).mul_add(f32x16::splat(simd, rgb[1]), spectrum);
-            let spectrum = blue.load(simd).mul_add(f32x16::splat(simd, rgb[2]), spectrum);
-            let carried = s_and_p * spectrum;
-            x = weights[0].load(simd).mul_add(carried, x);
-            y = weights[1].load(simd).mul_add(carried, y);
-            z = weights[2].load(simd).mul_add(carried, z);
-        }
-        if !self.uniform.is_empty() {
-            let weights = &self.uniform[block];
-            x = weights[0].load(simd).mul_add(s_and_p, x);
-            y = weights[1].load(simd).mul_add(s_and_p, y);
-            z = weights[2].load(simd).mul_add(s_and_p, z);
-        }
-        [x, y, z]
+        let MapBlock { basis: [red, green, blue], weights } = &self.map_blocks[block];
+        let spectrum = red.load(simd) * rgb[0];
+        let spectrum = green.load(simd).mul_add(f32x16::splat(simd, rgb[1]), spectrum);
+        let spectrum = blue.load(simd).mul_add(f32x16::splat(simd, rgb[2]), spectrum);
+        let carried = s_and_p * spectrum;
+        [
+            weights[0].load(simd).mul_add(carried, x),
+            weights[1].load(simd).mul_add(carried, y),
+            weights[2].load(simd).mul_add(carried, z),
+        ]
+    }
+
+    /// Adds the uniform lights found by a path that carries `s_and_p` at a block of nodes.
+    #[inline(always)]
+    pub fn add_uniform<S: Simd>(
+        &self,
+        simd: S,
+        block: usize,
+        s_and_p: f32x16<S>,
+        [x, y, z]: [f32x16<S>; 3],
+    ) -> [f32x16<S>; 3] {
+        let Some(weights) = self.uniform.get(block) else { return [x, y, z] };
+        [
+            weights[0].load(simd).mul_add(s_and_p, x),
+            weights[1].load(simd).mul_add(s_and_p, y),
+            weights[2].load(simd).mul_add(s_and_p, z),
+        ]
     }
 }
 

@@ -108,15 +108,12 @@ fn draw_row<S: Simd>(
             return Err(RenderError::Cancelled);
         }
         let sampler = PixelSampler::new(scene.seed, u64::from(y) << 32 | u64::from(x));
-        let mut sum = [0.0_f64; 3];
         for sample in 0..scene.samples {
             let (dx, dy) = sampler.point(sample);
             let ray = scene.camera.ray(f64::from(x) + dx, f64::from(y) + dy);
-            let xyz = tracer.radiance(simd, ray, &mut sampler.choices(sample));
-            for c in 0..3 {
-                sum[c] += f64::from(xyz[c]);
-            }
+            tracer.trace(simd, ray, &mut sampler.choices(sample));
         }
+        let sum = tracer.take_xyz(simd);
         let column = x as usize;
         for c in 0..3 {
             row.xyz[3 * column + c] = (sum[c] / f64::from(scene.samples)) as f32;

@@ -93,6 +93,13 @@ impl Gamut {
         }
     }
 
+    /// [`Gamut::map`] for a colour as `space` stores it (encoded where the space is).
+    pub fn map_encoded(&self, space: Space, value: [f64; 3]) -> ([f64; 3], bool) {
+        let (mapped, outside) = self.map(space.decode(value));
+        // What was inside goes back as it came, without a trip through the curve.
+        if outside { (space.encode(mapped), true) } else { (value.map(|v| v.clamp(0.0, 1.0)), false) }
+    }
+
     /// Maps an image of linear RGB, three values a pixel, in place; returns how many pixels were outside.
     pub fn map_pixels(&self, rgb: &mut [f32]) -> u64 {
         let mut outside = 0;

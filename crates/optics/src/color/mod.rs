@@ -4,19 +4,24 @@
 //! vacuum wavelengths, 360..830 nm at 1 nm unless another is given; true lines are added as lines.
 
 mod basis;
+mod dias;
 mod difference;
 pub mod gamut;
 mod illuminant;
 mod matrix;
 mod observer;
+mod single_film;
 mod space;
+mod stack_color;
 mod sums;
 mod table;
 
 pub use basis::rgb_basis;
+pub use dias::{Dias1991, DiasMatrix, DiasTable, PRINTED_MATRIX, dias1991_wavelengths};
 pub use difference::ciede2000;
 pub use illuminant::{Illuminant, illuminant_names};
 pub use matrix::Matrix;
 pub use observer::{FIRST_NM, LAST_NM, Observer};
 pub use space::{ACES_XY, Adaptation, C_XY, D50_XY, D65_XY, SPACES, Space, bradford, xyz_of_xy};
+pub use stack_color::{ColorRequest, Colors, FRINGE_STEPS, Model, Quantity, StackColor};
 pub use sums::{Grid, Weights};

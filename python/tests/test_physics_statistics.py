@@ -1,0 +1,122 @@
+"""Noise that is only noise: seeds, threads, samples, depth."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import iridesce as ir
+from oracles import environment
+from oracles.film_sphere import FilmSphere
+from oracles.scenes import scene
+from oracles.ztest import z_test
+
+CAMERA = {"position": [0.8, 0.6, 4.0], "target": [0.1, 0.0, 0.0], "fov_deg": 34.0, "resolution": [24, 20]}
+# Two strong films that cut each other: long paths, and much left over at a small depth.
+SPHERES = [
+    FilmSphere(2.2, 100.0, 500.0),
+    FilmSphere(1.7, 250.0, 250.0, center=(0.6, 0.3, -1.7), radius=0.9),
+]
+
+
+def contrasty(direction):
+    """A sky with a soft lamp: smooth, yet bright enough in places that lost or doubled paths tell."""
+    lamp = environment.lobe(np.array([0.6, 0.64, 0.48]), 30.0, 20.0, 0.0)
+    return environment.smooth_grey(direction) + lamp(direction)
+
+
+@pytest.fixture
+def load(tmp_path, monkeypatch):
+    """``load(max_depth=..., spheres=...)`` gives the scene, read once."""
+    monkeypatch.chdir(tmp_path)
+    environment.write_exr(tmp_path / "sky.exr", environment.bake(contrasty, 128))
+
+    def scene_of(max_depth=16, spheres=SPHERES):
+        return ir.Scene.load(scene(spheres, CAMERA, {"map": "sky.exr"}, samples=4, seed=1, max_depth=max_depth))
+
+    return scene_of
+
+
+def renders(loaded, samples, seeds):
+    """(n, height, width, 3) in float64."""
+    return np.stack([ir.render(loaded, samples=samples, seed=seed).xyz for seed in seeds]).astype(np.float64)
+
+
+def reference(loaded, first_seed=50_000):
+    """A mean of eight independent pictures at 512 samples, and its standard error."""
+    images = renders(loaded, 512, range(first_seed, first_seed + 8))
+    return images.mean(axis=0), images.std(axis=0, ddof=1) / np.sqrt(8)
+
+
+def test_threads_change_nothing(load):
+    loaded = load()
+    one = ir.render(loaded, samples=5, seed=9, threads=1)
+    for threads in (2, 3, 7):
+        other = ir.render(loaded, samples=5, seed=9, threads=threads)
+        assert other.xyz.tobytes() == one.xyz.tobytes()
+        for name, plane in one.channels.items():
+            assert np.asarray(other.channels[name]).tobytes() == np.asarray(plane).tobytes(), name
+
+
+def test_the_same_again_is_the_same(load):
+    assert ir.render(load(), samples=3, seed=4).xyz.tobytes() == ir.render(load(), samples=3, seed=4).xyz.tobytes()
+
+
+@pytest.mark.parametrize("samples", [1, 4, 7])
+def test_seeds_differ(load, samples):
+    images = renders(load(), samples, [0, 1, 2, 2**32, 2**64 - 1])
+    for i in range(len(images)):
+        for j in range(i):
+            assert np.mean(images[i] != images[j]) > 0.9
+
+
+@pytest.mark.parametrize("samples", [1, 3, 16])
+def test_seeds_are_independent_and_unbiased(load, samples):
+    """The mean of many seeds is the converged picture, within the standard error that independent seeds have."""
+    loaded = load()
+    wanted, error = reference(loaded)
+    result = z_test(renders(loaded, samples, range(1, 1 + {1: 256, 3: 192, 16: 96}[samples])), wanted, error)
+    assert result.passes(), result
+
+
+@pytest.mark.parametrize("max_depth", [1, 2, 3, 5])
+def test_depth_changes_noise_only(load, max_depth):
+    """What is left at max_depth is not dropped: the mean of many pictures at a small depth is that of a large one."""
+    wanted, error = reference(load(max_depth=32))
+    images = renders(load(max_depth=max_depth), 4, range(1000, 1160))
+    result = z_test(images, wanted, error)
+    assert result.passes(), result
+    # and this test would see half a per cent go missing
+    assert not z_test(images * 0.995, wanted, error).passes()
+
+
+def test_what_depth_one_leaves_over_is_much(load):
+    """Half of the light in the middle of these spheres has met more than two films: dropping it could not go unseen."""
+    xyz = ir.render(load(max_depth=1), samples=64).xyz
+    wanted, _ = reference(load(max_depth=16))
+    assert abs(xyz[..., 1].mean() / wanted[..., 1].mean() - 1.0) < 0.05
+
+
+def test_more_samples_less_error(load):
+    """Four times the samples: at most a third of the squared error in every step; plain Monte Carlo gets a quarter."""
+    loaded = load()
+    wanted, _ = reference(loaded)
+    errors = [float(np.mean((renders(loaded, n, range(70, 78)) - wanted) ** 2)) for n in (1, 4, 16, 64)]
+    for coarse, fine in itertools.pairwise(errors):
+        assert fine < coarse / 3.0, errors
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3, 5, 7, 12])
+def test_a_pixel_is_the_mean_over_its_own_square(tmp_path, monkeypatch, samples):
+    """Box filter without neighbours: any number of samples has the mean of very many, in every pixel."""
+    monkeypatch.chdir(tmp_path)
+    environment.write_exr(tmp_path / "sky.exr", environment.bake(environment.smooth_grey, 512))
+    behind = FilmSphere(1.33, 300.0, 300.0, center=(0.0, 0.0, 20.0), radius=1.0)
+    camera = {"position": [0.0, 0.0, 0.0], "target": [0.3, 0.2, -1.0], "fov_deg": 60.0, "resolution": [18, 12]}
+    loaded = ir.Scene.load(scene([behind], camera, {"map": "sky.exr"}, samples=samples, max_depth=4))
+    wanted = renders(loaded, 4096, [5])[0]
+    result = z_test(renders(loaded, samples, range(200)), wanted)
+    assert result.worst < result.limit, result
+    assert abs(result.bias) < 4.0, result
