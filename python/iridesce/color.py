@@ -621,4 +621,5 @@ def _points(angle_deg: ArrayLike, layers: list[Any]) -> tuple[tuple[int, ...], F
         thickness[..., column] = operand.full()
     angles: Floats = new_array("the angles", shape)
     angles[...] = angle.full()
-    return shape, thickness.reshape(-1, len(columns)), angles.reshape(-1)
+    # A bare interface has no columns to count rows by: say how many points there are.
+    return shape, thickness.reshape(angles.size, len(columns)), angles.reshape(-1)
