@@ -230,7 +230,7 @@ def test_scenes_lists_the_built_in_ones(iridesce: Run) -> None:
     assert json.loads(iridesce("scenes", "--json").stdout) == names
 
 
-SCENE_FILES = sorted((ROOT / "scenes").glob("*.toml"))
+SCENE_FILES = sorted([*(ROOT / "scenes").glob("*.toml"), *(ROOT / "crates" / "scene" / "scenes").glob("*.toml")])
 
 
 @pytest.mark.parametrize("path", SCENE_FILES, ids=lambda path: path.name)
