@@ -2,7 +2,6 @@
 
 use iridesce_optics::{Complex64, Medium, OpticsError};
 use iridesce_scene::{EnvironmentSource, Light, Scene, Shape, Surface};
-use iridesce_thickness::ThicknessModel;
 
 use crate::camera::RayCamera;
 use crate::film::FilmTable;
