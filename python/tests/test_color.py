@@ -79,7 +79,7 @@ def test_illuminants_are_the_published_tables(name: str) -> None:
     assert light.power(table.wavelengths[0] - 0.1) == light.power(table.wavelengths[-1] + 0.1) == 0.0
 
 
-def test_contract_illuminants_are_there() -> None:
+def test_promised_illuminants_are_there() -> None:
     wanted = ["A", "C", "D50", "D55", "D65", "D75", "E", *(f"FL{i}" for i in range(1, 13))]
     wanted += ["LED-B1", "LED-B2", "LED-B3", "LED-B4", "LED-B5", "LED-BH1", "LED-RGB1", "LED-V1", "LED-V2"]
     assert set(wanted) <= set(ir.color.illuminants())
