@@ -261,7 +261,7 @@ def info(as_json: JsonOption = False) -> None:
     from iridesce import _core
 
     libraries = ("numpy", "matplotlib", "typer", "rich", "tifffile")
-    facts = {
+    facts: dict[str, Any] = {
         "iridesce": _core.__version__,
         "python": platform.python_version(),
         "platform": f"{platform.system()} {platform.machine()}",
