@@ -24,7 +24,9 @@ pub fn suggestion(given: &str, known: &[&str]) -> String {
     let near = known
         .iter()
         .map(|name| (strsim::damerau_levenshtein(given, name), name))
-        .filter(|(distance, name)| *distance <= 1 + name.len().max(given.len()) / 3)
+        .filter(|(distance, name)| {
+            *distance <= 1 + name.len().max(given.len()) / 3 || (given.len() >= 3 && name.starts_with(given))
+        })
         .min();
     match near {
         Some((_, name)) => format!("; did you mean \"{name}\"?"),

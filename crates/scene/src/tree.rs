@@ -74,6 +74,11 @@ impl Node {
             Value::Float(f) => format!("{f}"),
             Value::Text(t) if t.chars().count() > 60 => format!("\"{}...\"", t.chars().take(57).collect::<String>()),
             Value::Text(t) => format!("\"{t}\""),
+            Value::List(l)
+                if l.len() <= 4 && !l.iter().any(|item| matches!(item.value, Value::List(_) | Value::Table(_))) =>
+            {
+                format!("[{}]", l.iter().map(Node::describe).collect::<Vec<_>>().join(", "))
+            }
             Value::List(l) => format!("a list of {}", l.len()),
             Value::Table(t) if t.is_empty() => "an empty table".into(),
             Value::Table(t) => {

@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use iridesce_optics::color::Illuminant;
-use iridesce_optics::{Complex64, Medium};
+use iridesce_optics::color::{Illuminant, illuminant_names};
+use iridesce_optics::{Complex64, Medium, medium};
 use iridesce_thickness::ThicknessModel;
 
 use crate::error::SceneError;
@@ -269,11 +269,11 @@ fn surface(node: &Node, path: &str) -> Result<(Surface, Node), SceneError> {
     let table = Table::new(node, path, &["film"], &["coating", "dielectric", "metal", "diffuse", "emitter"])?;
     let (kind, inner) = table.one_of(&["film"])?;
     let film = Table::new(inner, table.path(kind), &["medium", "thickness_nm", "outside"], &[])?;
-    let (medium, medium_tree) = medium(film.need("medium")?, &film.path("medium"))?;
+    let (medium, medium_tree) = read_medium(film.need("medium")?, &film.path("medium"))?;
     let (thickness, thickness_tree) = thickness(film.need("thickness_nm")?, &film.path("thickness_nm"))?;
     let air = Node::text("air");
     let outside_node = film.get("outside").unwrap_or(&air);
-    let (outside, outside_tree) = self::medium(outside_node, &film.path("outside"))?;
+    let (outside, outside_tree) = read_medium(outside_node, &film.path("outside"))?;
     // A ray must already be in the medium that a film lies in, and so far nothing leads out of the surrounding n = 1.
     if outside.constant_index() != Some(Complex64::new(1.0, 0.0)) {
         return Err(SceneError::new(format!(
@@ -288,7 +288,7 @@ fn surface(node: &Node, path: &str) -> Result<(Surface, Node), SceneError> {
 }
 
 /// A medium is a name, a number or `[n, k]`.
-fn medium(node: &Node, path: &str) -> Result<(Medium, Node), SceneError> {
+fn read_medium(node: &Node, path: &str) -> Result<(Medium, Node), SceneError> {
     let wrong = |message: String| SceneError::new(format!("{path}: {message}")).at(path, node.line);
     let constant = |n: f64, k: f64| {
         if k < 0.0 {
@@ -298,7 +298,8 @@ fn medium(node: &Node, path: &str) -> Result<(Medium, Node), SceneError> {
     };
     let allowed = "must be a medium: a name, a number or [n, k]";
     let found = match &node.value {
-        Value::Text(name) => Medium::named(name).map_err(|e| wrong(e.to_string()))?,
+        Value::Text(name) => Medium::named(name)
+            .map_err(|_| wrong(format!("unknown medium \"{name}\"{}", suggestion(name, medium::names()))))?,
         Value::Int(_) | Value::Float(_) => constant(as_number(node).unwrap_or(f64::NAN), 0.0)?,
         Value::List(items) => match items.iter().map(as_number).collect::<Option<Vec<f64>>>().as_deref() {
             Some(&[n, k]) => constant(n, k)?,
@@ -385,7 +386,13 @@ fn illuminant(name: &str, origin: &Origin) -> Result<Illuminant, SceneError> {
             .map_err(|e| SceneError::new(format!("cannot read \"{}\": {}", path.display(), reason(&e))))?;
         return Illuminant::from_csv(&text, name).map_err(|e| SceneError::new(e.to_string()));
     }
-    Illuminant::named(name).map_err(|e| SceneError::new(e.to_string()))
+    Illuminant::named(name).map_err(|e| {
+        let names: Vec<&str> = illuminant_names().collect();
+        match suggestion(name, &names) {
+            near if near.contains("did you mean") => SceneError::new(format!("unknown illuminant \"{name}\"{near}")),
+            _ => SceneError::new(e.to_string()),
+        }
+    })
 }
 
 fn length(v: [f64; 3]) -> f64 {
