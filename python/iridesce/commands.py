@@ -266,7 +266,7 @@ def info(as_json: JsonOption = False) -> None:
         "python": platform.python_version(),
         "platform": f"{platform.system()} {platform.machine()}",
         "threads": _threads(),
-        "simd": _core.simd_level(),
+        "simd": _core.SIMD_LEVEL,
         "libraries": {library: importlib.metadata.version(library) for library in libraries},
         "data": _data_sources(),
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import operator
 import os
+import warnings
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -67,6 +68,11 @@ def render(
 
     if not isinstance(scene, Scene):
         scene = Scene.load(scene)
+    for name in scene._core.extended_media():
+        warnings.warn(
+            f'the data of medium "{name}" stop inside 360..830 nm; the render continues them as ir.media() states',
+            stacklevel=2,
+        )
     tree = scene.to_dict()
     with _bar() if progress is True else contextlib.nullcontext(progress or None) as advance:
         xyz, depth, thickness_nm, normal, info = _core.render_scene(

@@ -1,6 +1,6 @@
 //! Lights: environments from maps, illuminants and the built-in studio.
 
-use iridesce_optics::color::Illuminant;
+use iridesce_optics::color::{Illuminant, illuminant_names};
 
 use crate::defaults;
 use crate::error::SceneError;
@@ -66,5 +66,13 @@ fn illuminant(name: &str, origin: &Origin) -> Result<Illuminant, SceneError> {
     if !is_name(name, MAX_NAME) {
         return Err(SceneError::new(format!("no illuminant is called {}", quoted(name))));
     }
-    Illuminant::named(name).map_err(|e| SceneError::new(e.to_string()))
+    Illuminant::named(name).map_err(|e| {
+        let names: Vec<&str> = illuminant_names().collect();
+        match suggestion(name, &names) {
+            near if near.contains("did you mean") => {
+                SceneError::new(format!("unknown illuminant {}{near}", quoted(name)))
+            }
+            _ => SceneError::new(e.to_string()),
+        }
+    })
 }
