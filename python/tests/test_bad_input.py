@@ -200,15 +200,17 @@ def test_bad_indices(bad):
 
 
 def test_empty_arrays():
-    """An array without elements has an answer without elements; a sum over no wavelengths is refused."""
-    assert film().reflectance(np.empty(0)).shape == (0,)
-    assert film(np.empty((0, 3))).reflectance(550.0).shape == (0, 3)
-    assert film(np.empty(0)).color().shape == (0, 3)
-    with pytest.raises(ValueError, match="wavelength_nm"):
-        film().color(wavelength_nm=np.empty(0))
-    with pytest.raises(ValueError, match=r"wavelength_nm|values"):
-        ir.color.spectrum_to_xyz(np.empty(0), np.empty(0))
-    with pytest.raises(ValueError):  # noqa: PT011  any wording
+    """An array without elements is a slip, not a question: it is refused by name."""
+    for call in (
+        lambda: film().reflectance(np.empty(0)),
+        lambda: film(np.empty((0, 3))).reflectance(550.0),
+        lambda: film(np.empty(0)).color(),
+        lambda: film().color(wavelength_nm=np.empty(0)),
+        lambda: ir.color.spectrum_to_xyz(np.empty(0), np.empty(0)),
+    ):
+        with pytest.raises(ValueError, match=r"empty"):
+            call()
+    with pytest.raises(ValueError, match="medium"):
         ir.Stack([])
 
 

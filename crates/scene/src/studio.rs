@@ -39,19 +39,19 @@ pub fn studio() -> Arc<EnvironmentMap> {
 fn radiance(azimuth: f32, elevation: f32) -> f32 {
     let behind = (0.5 + 0.5 * (azimuth * PI / 180.0).cos()) * (elevation * PI / 180.0).cos().max(0.0);
     // The room: nearly black ahead, a little floor light, more behind the camera.
-    let mut light = 0.012 + 0.02 * smooth(-60.0, 80.0, elevation) + 0.16 * behind * behind;
+    let mut light = 0.012 + 0.02 * smooth(-60.0, 80.0, elevation) + 0.75 * behind * behind.sqrt();
     // A wide bay of windows behind the camera, three panes by two, its bars seen as a cross on every bubble.
     let pane = |a0: f32, a1: f32| {
         band(a0, a1, 0.9, azimuth) * (band(-4.0, 20.0, 0.9, elevation) + band(23.0, 46.0, 0.9, elevation))
     };
-    light += 5.0 * (pane(-76.0, -52.0) + pane(-49.0, -25.0) + pane(25.0, 49.0) + pane(52.0, 76.0));
+    light += 4.2 * (pane(-76.0, -52.0) + pane(-49.0, -25.0) + pane(25.0, 49.0) + pane(52.0, 76.0));
     // Soft boxes beside the bubble, brighter towards their middle.
     let side = |sign: f32| {
         let a = sign * azimuth;
         let e = (elevation - 12.0) / 46.0;
         band(98.0, 122.0, 3.0, a) * band(-34.0, 58.0, 5.0, elevation) * (1.0 - 0.55 * e * e)
     };
-    light += 7.0 * side(1.0) + 4.5 * side(-1.0);
+    light += 5.0 * side(1.0) + 3.6 * side(-1.0);
     // A strip overhead and a low one in front of the camera's feet.
     light += 9.0 * band(-38.0, 38.0, 4.0, azimuth) * band(62.0, 74.0, 2.0, elevation);
     light += 1.6 * band(-60.0, 60.0, 8.0, azimuth) * band(-52.0, -36.0, 3.0, elevation);
