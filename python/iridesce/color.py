@@ -175,7 +175,7 @@ def illuminant(name: str | os.PathLike[str] | Illuminant) -> Illuminant:
     ================================  ==================================================================================
 
     Returns    Illuminant
-    Raises     ValueError: unknown name, number out of range, file missing or not such a table; TypeError
+    Raises     ValueError: unknown name, number out of range, file missing or not such a table
     Source     CIE 15:2004 and CIE 015:2018, as listed beside the tables
 
     >>> import iridesce as ir
@@ -187,7 +187,7 @@ def illuminant(name: str | os.PathLike[str] | Illuminant) -> Illuminant:
     if isinstance(name, Illuminant):
         return name
     if not isinstance(name, (str, os.PathLike)):
-        raise TypeError(f"illuminant must be a name, a path or an Illuminant, got {type(name).__name__}")
+        raise ValueError(f"illuminant must be a name, a path or an Illuminant, got {name!r}")
     text = os.fspath(name)
     if isinstance(name, str):
         try:
@@ -548,7 +548,7 @@ def dias1991(
 
 def _name(argument: str, value: object) -> str:
     if not isinstance(value, str):
-        raise TypeError(f"{argument} must be a string, got {type(value).__name__}")
+        raise ValueError(f"{argument} must be a string, got {value!r}")
     return value
 
 
@@ -590,8 +590,8 @@ def _checked(result: Floats, given: Floats, problem: str) -> Floats:
 
 def _white(white: str | ArrayLike | Illuminant) -> list[float]:
     """XYZ with Y = 1."""
-    if isinstance(white, str) and white in _WHITES:
-        x, y = _WHITES[white]
+    if isinstance(white, str) and white.strip().upper() in _WHITES:
+        x, y = _WHITES[white.strip().upper()]
         return [x / y, 1.0, (1.0 - x - y) / y]
     if isinstance(white, (str, os.PathLike, Illuminant)):
         return [float(v) for v in _light(white).white()]
@@ -608,7 +608,7 @@ def _parts(stack: Stack) -> tuple[list[Any], list[Any]]:
     try:
         return [stack.first, *(layer.medium for layer in stack.layers), stack.last], list(stack.layers)
     except AttributeError:
-        raise TypeError(f"stack must be an iridesce.Stack, got {type(stack).__name__}") from None
+        raise ValueError(f"stack must be an iridesce.Stack, got {stack!r}") from None
 
 
 def _points(angle_deg: ArrayLike, layers: list[Any]) -> tuple[tuple[int, ...], Floats, Floats]:

@@ -261,7 +261,7 @@ def info(as_json: JsonOption = False) -> None:
     from iridesce import _core
 
     libraries = ("numpy", "matplotlib", "typer", "rich", "tifffile")
-    facts = {
+    facts: dict[str, Any] = {
         "iridesce": _core.__version__,
         "python": platform.python_version(),
         "platform": f"{platform.system()} {platform.machine()}",
@@ -295,7 +295,8 @@ def _threads() -> int:
 
 
 def _size(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"\s*(\d{1,9})\s*[xX\u00d7]\s*(\d{1,9})\s*", text)
+    # As many digits as Python turns into a number: a monstrous size is a matter of resources, not of usage.
+    match = re.fullmatch(r"\s*(\d{1,4000})\s*[xX\u00d7]\s*(\d{1,4000})\s*", text)
     if match is None:
         raise typer.BadParameter(f"wanted width x height in pixels, as in 640x480, got {text!r}", param_hint="--size")
     return int(match[1]), int(match[2])

@@ -112,12 +112,12 @@ class Image:
     @property
     def width(self) -> int:
         """Columns."""
-        return self._xyz.shape[1]
+        return int(self._xyz.shape[1])
 
     @property
     def height(self) -> int:
         """Rows."""
-        return self._xyz.shape[0]
+        return int(self._xyz.shape[0])
 
     @property
     def metadata(self) -> dict[str, Any]:
@@ -145,6 +145,7 @@ class Image:
                    it fits. A colour whose largest component is m > 1 is scaled by 1/m and then goes the share 1 - 1/m of
                    the straight line to white: highlights whiten as on film.
                    ``"clip"``: each component is clipped to [0, 1]; hues shift.
+        Returns    a new array, float32
         Raises     ValueError naming the argument, the value and what is allowed
 
         ``"auto"`` is log2(0.9 / p) rounded to a hundredth, p the 95th percentile of the largest linear Rec.709 component (of
@@ -228,7 +229,7 @@ class Image:
             "out_of_gamut": out_of_gamut,
             "overexposed": overexposed,
         }
-        return rgb  # type: ignore[no-any-return]
+        return rgb
 
     def _file_facts(self) -> list[tuple[str, str | int | float]]:
         """What a file says of its picture: enough to repeat it, nothing that varies from run to run."""

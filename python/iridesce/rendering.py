@@ -75,9 +75,7 @@ def render(
         )
     tree = scene.to_dict()
     with _bar() if progress is True else contextlib.nullcontext(progress or None) as advance:
-        xyz, depth, thickness_nm, normal, info = _core.render_scene(
-            scene._core, samples, seed, size, threads, advance
-        )
+        xyz, depth, thickness_nm, normal, info = _core.render_scene(scene._core, samples, seed, size, threads, advance)
     samples, seed, seconds, simd, threads = info
     # The scene as it was rendered: what it says can be rendered again.
     tree["camera"] = {**tree["camera"], "resolution": [xyz.shape[1], xyz.shape[0]]}

@@ -49,7 +49,10 @@ class Scene:
             return cls(_core.Scene.from_dict(dict(source), None, allow_outside))
         if not isinstance(source, (str, os.PathLike)):
             raise SceneError(
-                f"a scene is a built-in name, a path, a dict or an ir.Scene, got {type(source).__name__}", None, None, None
+                f"a scene is a built-in name, a path, a dict or an ir.Scene, got {type(source).__name__}",
+                None,
+                None,
+                None,
             )
         path = Path(source)
         is_name = isinstance(source, str) and not path.suffix and len(path.parts) <= 1
@@ -92,7 +95,9 @@ class Scene:
         400.0
         """
         if not isinstance(path, str):
-            raise SceneError(f"path must be a text such as \"camera.fov_deg\", got {type(path).__name__}", None, None, None)
+            raise SceneError(
+                f'path must be a text such as "camera.fov_deg", got {type(path).__name__}', None, None, None
+            )
         return Scene(self._core.with_value(path, value))
 
     def __repr__(self) -> str:

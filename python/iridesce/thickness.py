@@ -120,5 +120,9 @@ def gradient(top: float, bottom: float, exponent: float = 1.0) -> ThicknessModel
     >>> round(gradient(0.0, 800.0, exponent=0.5).at_height(0.25), 6)
     400.0
     """
-    values = {"top": _number("top", top), "bottom": _number("bottom", bottom), "exponent": _number("exponent", exponent)}
+    values = {
+        "top": _number("top", top),
+        "bottom": _number("bottom", bottom),
+        "exponent": _number("exponent", exponent),
+    }
     return ThicknessModel(_core.Thickness.gradient(**values), {"gradient": values})

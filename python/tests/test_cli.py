@@ -164,6 +164,7 @@ def test_existing_pictures_survive_a_failure(iridesce: Run, tmp_path: Path) -> N
     for arguments, code in (
         (("--size", "0x0"), 3),
         (("--size", "99999999x99999999"), 4),
+        (("--size", f"{10**30}x1"), 4),
         (("--samples", "0"), 3),
         (("--threads", "0"), 3),
         (("--set", "camera.fov=3"), 3),

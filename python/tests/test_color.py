@@ -79,7 +79,7 @@ def test_illuminants_are_the_published_tables(name: str) -> None:
     assert light.power(table.wavelengths[0] - 0.1) == light.power(table.wavelengths[-1] + 0.1) == 0.0
 
 
-def test_contract_illuminants_are_there() -> None:
+def test_promised_illuminants_are_there() -> None:
     wanted = ["A", "C", "D50", "D55", "D65", "D75", "E", *(f"FL{i}" for i in range(1, 13))]
     wanted += ["LED-B1", "LED-B2", "LED-B3", "LED-B4", "LED-B5", "LED-BH1", "LED-RGB1", "LED-V1", "LED-V2"]
     assert set(wanted) <= set(ir.color.illuminants())
@@ -164,7 +164,7 @@ def test_bad_illuminant_files(tmp_path: Path) -> None:
             ir.color.illuminant(file)
     with pytest.raises(ValueError, match="cannot be read"):
         ir.color.illuminant(tmp_path)
-    with pytest.raises(TypeError, match="illuminant must be"):
+    with pytest.raises(ValueError, match="illuminant must be"):
         ir.color.illuminant(65)  # type: ignore[arg-type]
 
 
@@ -314,6 +314,10 @@ def test_named_whites() -> None:
     for name, xy in {"D65": (0.3127, 0.3290), "C": (0.31006, 0.31616), "D50": (0.34567, 0.35850)}.items():
         x, y, _ = ir.color.convert([0.0, 0.0, 0.0], "xyz", "xyy", white=name)
         assert (x, y) == pytest.approx(xy, abs=1e-15)
+        assert np.array_equal(
+            ir.color.convert([0.2, 0.3, 0.4], "xyz", "lab", name.lower()),
+            ir.color.convert([0.2, 0.3, 0.4], "xyz", "lab", name),
+        )
     assert ir.color.convert(ir.color.illuminant("A").white(), "xyz", "lab", "A") == pytest.approx(
         [100, 0, 0], abs=1e-11
     )
@@ -342,7 +346,7 @@ def test_bad_conversions(arguments: tuple[Any, ...], wanted: str) -> None:
 
 
 def test_wrong_types_of_names() -> None:
-    with pytest.raises(TypeError, match="to_space must be a string"):
+    with pytest.raises(ValueError, match="to_space must be a string"):
         ir.color.convert([0.1, 0.2, 0.3], "xyz", 3)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="no primaries"):
         ir.color.rgb_matrix("lab")
@@ -574,10 +578,19 @@ def test_more_bad_questions() -> None:
         ir.Stack([1.5, ir.Layer("air", thickness_nm=100.0), 1.5]).color(60.0, model="two-beam")
     with pytest.raises(ValueError, match="coherent=False"):
         soap(1e12).color()
-    with pytest.raises(TypeError, match=r"must be an iridesce\.Stack"):
+    with pytest.raises(ValueError, match=r"must be an iridesce\.Stack"):
         ir.color.stack_color("air / soap 320 / air")  # type: ignore[arg-type]
     with pytest.raises(ir.ResourceError, match="memory"):
         soap(np.broadcast_to(100.0, (10**6, 1))).color(angle_deg=np.broadcast_to(0.0, (1, 10**7)))
+
+
+def test_media_that_stop_inside_the_visible(tmp_path: Path) -> None:
+    file = tmp_path / "glass.csv"
+    file.write_text("nm,n\n400,1.54\n700,1.51\n")
+    stack = ir.Stack(["air", ir.Medium.from_file(file)])
+    with pytest.raises(ValueError, match=r"has data for 400-700 nm.*wavelength_nm= gives a grid"):
+        stack.color()
+    assert stack.color(wavelength_nm=np.arange(400.0, 701.0)).shape == (3,)
 
 
 def test_ctrl_c_stops_a_long_chart() -> None:

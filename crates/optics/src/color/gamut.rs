@@ -215,6 +215,16 @@ mod tests {
     }
 
     #[test]
+    fn white_has_no_chroma_in_any_space() {
+        for space in RGB_SPACES {
+            let gamut = Gamut::new(space, Mapping::Hue).unwrap();
+            for row in gamut.oklab.lms_from_rgb {
+                assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-14, "{space:?}");
+            }
+        }
+    }
+
+    #[test]
     fn brighter_than_white_and_darker_than_black() {
         for space in RGB_SPACES {
             let gamut = Gamut::new(space, Mapping::Hue).unwrap();

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use fearless_simd::{Level, dispatch};
 
-use super::stack_color::Quantity;
+use super::request::Quantity;
 use crate::incidence::{Incidence, sqrt_upper};
 use crate::{Complex64, Polarization};
 
