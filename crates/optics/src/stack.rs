@@ -226,3 +226,38 @@ pub fn check_indices(indices: &[Complex64], coherent: &[bool]) -> Result<(), Opt
 fn bad_wavelength(wavelength_nm: f64) -> OpticsError {
     OpticsError::Argument(format!("wavelength_nm must be > 0 and finite, got {wavelength_nm}"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ellipsometric_angles_lie_in_their_range() {
+        let c = Complex64::new;
+        let one = c(1.0, 0.0);
+        assert_eq!(ellipsometry(one, one), Some((45.0, 0.0)));
+        assert_eq!(ellipsometry(one, -one), Some((45.0, 180.0)));
+        assert_eq!(ellipsometry(one, c(-1.0, -0.0)), Some((45.0, 180.0)));
+        assert_eq!(ellipsometry(one, c(0.0, -1.0)), Some((45.0, 270.0)));
+        // Rounds to 360 when brought up from below 0.
+        assert_eq!(ellipsometry(one, c(1.0, -1e-17)), Some((45.0, 0.0)));
+        assert_eq!(ellipsometry(c(0.0, 0.0), one), Some((90.0, 0.0)));
+        assert_eq!(ellipsometry(one, c(0.0, 0.0)), Some((0.0, 0.0)));
+        assert_eq!(ellipsometry(c(0.0, 0.0), c(0.0, 0.0)), None);
+        // Squares of these would underflow.
+        let (psi, delta) = ellipsometry(c(1e-200, 0.0), c(0.0, 1e-200)).unwrap();
+        assert!((psi - 45.0).abs() < 1e-13 && (delta - 90.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn power_that_leaks_through_total_reflection() {
+        // 1.5 -> 1 + 3e-8i at 60 degrees, mpmath with 50 digits.
+        let n = [Complex64::new(1.5, 0.0), Complex64::new(1.0, 3e-8)];
+        for (polarization, expected) in
+            [(Polarization::S, 8.683526346821388e-08), (Polarization::P, 1.43466952972052e-07)]
+        {
+            let response = solve_angle(&n, &[], &[], 550.0, 60.0, polarization).unwrap();
+            assert!((response.transmittance / expected - 1.0).abs() < 1e-14, "{:e}", response.transmittance);
+        }
+    }
+}

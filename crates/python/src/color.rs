@@ -1,8 +1,302 @@
-//! Bindings of the color stage.
+//! Bindings of the color stage. Arrays arrive as flat rows of three, checked and broadcast by the Python module.
 
+use std::time::{Duration, Instant};
+
+use iridesce::optics::color::gamut::{Gamut, Mapping};
+use iridesce::optics::color::{
+    self, Adaptation, ColorRequest, Dias1991, DiasMatrix, DiasTable, Grid, Model, Observer, Quantity, Space,
+    StackColor, Weights,
+};
+use iridesce::optics::{Complex64, OpticsError, Polarization};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::medium::Medium;
+
+/// Longest time between two looks at Ctrl-C.
+const SLICE: Duration = Duration::from_millis(100);
+
 /// Adds this stage's names to `_core`.
-pub fn register(_module: &Bound<'_, PyModule>) -> PyResult<()> {
-    Ok(())
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<Illuminant>()?;
+    module.add_function(wrap_pyfunction!(illuminant_names, module)?)?;
+    module.add_function(wrap_pyfunction!(color_matching, module)?)?;
+    module.add_function(wrap_pyfunction!(spectrum_to_xyz, module)?)?;
+    module.add_function(wrap_pyfunction!(convert_color, module)?)?;
+    module.add_function(wrap_pyfunction!(rgb_matrix, module)?)?;
+    module.add_function(wrap_pyfunction!(delta_e, module)?)?;
+    module.add_function(wrap_pyfunction!(map_gamut, module)?)?;
+    module.add_function(wrap_pyfunction!(stack_color, module)?)?;
+    module.add_function(wrap_pyfunction!(dias1991_wavelengths, module)?)?;
+    module.add_function(wrap_pyfunction!(dias1991, module)?)
+}
+
+fn value_error(error: OpticsError) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+type Rows<'py> = Bound<'py, PyArray2<f64>>;
+
+/// Rows of three, copied out so that the interpreter may be released.
+fn triples(values: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; 3]>> {
+    let flat = values.as_slice()?;
+    let (rows, rest) = flat.as_chunks::<3>();
+    if !rest.is_empty() {
+        return Err(PyValueError::new_err("rows of three values are needed"));
+    }
+    Ok(rows.to_vec())
+}
+
+fn rows<'py>(py: Python<'py>, values: Vec<[f64; 3]>) -> PyResult<Rows<'py>> {
+    let count = values.len();
+    values.into_flattened().into_pyarray(py).reshape([count, 3])
+}
+
+/// A light source.
+#[pyclass(frozen, module = "iridesce._core")]
+pub struct Illuminant {
+    pub inner: color::Illuminant,
+}
+
+#[pymethods]
+impl Illuminant {
+    #[staticmethod]
+    fn named(name: &str) -> PyResult<Illuminant> {
+        color::Illuminant::named(name).map(|inner| Illuminant { inner }).map_err(value_error)
+    }
+
+    #[staticmethod]
+    fn from_csv(text: &str, label: &str) -> PyResult<Illuminant> {
+        color::Illuminant::from_csv(text, label).map(|inner| Illuminant { inner }).map_err(value_error)
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        self.inner.name()
+    }
+
+    #[getter]
+    fn lines(&self) -> Vec<(f64, f64)> {
+        self.inner.lines().to_vec()
+    }
+
+    fn power<'py>(
+        &self,
+        py: Python<'py>,
+        wavelength_nm: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let power: Vec<f64> = wavelength_nm.as_slice()?.iter().map(|&nm| self.inner.power(nm)).collect();
+        Ok(power.into_pyarray(py))
+    }
+
+    fn white(&self, observer: &str) -> PyResult<[f64; 3]> {
+        let [x, y, z] = self.inner.white(Observer::named(observer).map_err(value_error)?);
+        Ok([x / y, 1.0, z / y])
+    }
+}
+
+#[pyfunction]
+fn illuminant_names() -> Vec<&'static str> {
+    color::illuminant_names().collect()
+}
+
+#[pyfunction]
+fn color_matching<'py>(
+    py: Python<'py>,
+    wavelength_nm: PyReadonlyArray1<'py, f64>,
+    observer: &str,
+) -> PyResult<Rows<'py>> {
+    let observer = Observer::named(observer).map_err(value_error)?;
+    rows(py, wavelength_nm.as_slice()?.iter().map(|&nm| observer.at(nm)).collect())
+}
+
+#[pyfunction]
+fn spectrum_to_xyz<'py>(
+    py: Python<'py>,
+    wavelength_nm: PyReadonlyArray1<'py, f64>,
+    values: PyReadonlyArray2<'py, f64>,
+    illuminant: PyRef<'py, Illuminant>,
+    observer: &str,
+) -> PyResult<Rows<'py>> {
+    let grid = Grid::through(wavelength_nm.as_slice()?).map_err(value_error)?;
+    let observer = Observer::named(observer).map_err(value_error)?;
+    let weights = Weights::new(&grid, &illuminant.inner, observer).map_err(value_error)?;
+    let spectra = values.as_slice()?.chunks_exact(grid.count);
+    let xyz: Result<Vec<_>, _> = spectra.map(|spectrum| weights.sum(&grid, spectrum)).collect();
+    rows(py, xyz.map_err(value_error)?)
+}
+
+#[pyfunction]
+fn convert_color<'py>(
+    py: Python<'py>,
+    values: PyReadonlyArray2<'py, f64>,
+    from_space: &str,
+    to_space: &str,
+    white: [f64; 3],
+    adaptation: Option<&str>,
+) -> PyResult<Rows<'py>> {
+    let space = |name| Space::named(name).map_err(value_error);
+    let (from, to, adaptation) =
+        (space(from_space)?, space(to_space)?, Adaptation::named(adaptation).map_err(value_error)?);
+    let one = |v: [f64; 3]| to.from_xyz(from.to_xyz(v, white, adaptation), white, adaptation);
+    rows(py, triples(&values)?.into_iter().map(one).collect())
+}
+
+#[pyfunction]
+fn rgb_matrix(space: &str) -> PyResult<Option<[[f64; 3]; 3]>> {
+    Ok(Space::named(space).map_err(value_error)?.rgb_from_xyz())
+}
+
+#[pyfunction]
+fn delta_e<'py>(
+    py: Python<'py>,
+    lab_a: PyReadonlyArray2<'py, f64>,
+    lab_b: PyReadonlyArray2<'py, f64>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let (a, b) = (triples(&lab_a)?, triples(&lab_b)?);
+    let differences: Vec<f64> = a.into_iter().zip(b).map(|(a, b)| color::ciede2000(a, b)).collect();
+    Ok(differences.into_pyarray(py))
+}
+
+/// Maps colours of an RGB space (encoded where the space is) into its gamut; the number that were outside.
+#[pyfunction]
+fn map_gamut<'py>(
+    py: Python<'py>,
+    values: PyReadonlyArray2<'py, f64>,
+    space: &str,
+    gamut: &str,
+) -> PyResult<(Rows<'py>, u64)> {
+    let space = Space::named(space).map_err(value_error)?;
+    let mapping = Mapping::named(gamut).map_err(value_error)?;
+    let Some(gamut) = Gamut::new(space, mapping) else {
+        return Err(PyValueError::new_err(format!("a gamut mapping needs an RGB space, got {:?}", space.name())));
+    };
+    let mut values = triples(&values)?;
+    let mut outside = 0;
+    for value in &mut values {
+        let out;
+        (*value, out) = gamut.map_encoded(space, *value);
+        outside += u64::from(out);
+    }
+    Ok((rows(py, values)?, outside))
+}
+
+/// Colours of a stack: `thickness_nm` (points, layers), `angle_deg` (points), into `out` (points, 3). Returns the names of
+/// media whose extension was used, and the fringe measure of a forced grid.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "one call carries the whole request")]
+fn stack_color<'py>(
+    py: Python<'py>,
+    media: Vec<PyRef<'py, Medium>>,
+    coherent: Vec<bool>,
+    thickness_nm: PyReadonlyArray2<'py, f64>,
+    angle_deg: PyReadonlyArray1<'py, f64>,
+    polarization: &str,
+    illuminant: PyRef<'py, Illuminant>,
+    observer: &str,
+    space: &str,
+    quantity: &str,
+    model: &str,
+    wavelength_nm: Option<PyReadonlyArray1<'py, f64>>,
+    adaptation: Option<&str>,
+    gamut: Option<&str>,
+    mut out: PyReadwriteArray2<'py, f64>,
+) -> PyResult<(Vec<String>, f64)> {
+    let request = || -> Result<ColorRequest, OpticsError> {
+        Ok(ColorRequest {
+            media: media.iter().map(|medium| medium.inner.clone()).collect(),
+            coherent,
+            illuminant: illuminant.inner.clone(),
+            observer: Observer::named(observer)?,
+            polarization: match polarization {
+                "s" => Polarization::S,
+                "p" => Polarization::P,
+                "unpolarized" => Polarization::Unpolarized,
+                _ => {
+                    let message = format!("polarization must be \"s\", \"p\" or \"unpolarized\", got {polarization:?}");
+                    return Err(OpticsError::Argument(message));
+                }
+            },
+            quantity: Quantity::named(quantity)?,
+            model: Model::named(model)?,
+            grid: match &wavelength_nm {
+                Some(nm) => Some(Grid::through(nm.as_slice().unwrap_or_default())?),
+                None => None,
+            },
+            space: Space::named(space)?,
+            adaptation: Adaptation::named(adaptation)?,
+            gamut: gamut.map(Mapping::named).transpose()?,
+        })
+    };
+    let request = request().map_err(value_error)?;
+    let layers = request.coherent.len();
+    let (thickness, angle) = (thickness_nm.as_slice()?, angle_deg.as_slice()?);
+    let made = py.detach(|| StackColor::new(request)).map_err(value_error)?;
+    let (rows, _) = out.as_slice_mut()?.as_chunks_mut::<3>();
+    if rows.len() != angle.len() || thickness.len() != angle.len() * layers {
+        return Err(PyValueError::new_err("thicknesses, angles and colours do not belong together"));
+    }
+    let mut fringe = 0.0f64;
+    // Slices of about SLICE each, so that Ctrl-C is seen; the first is small, as nothing is known of the speed yet.
+    let (mut done, mut slice) = (0, 256);
+    while done < angle.len() {
+        let end = angle.len().min(done + slice);
+        let start = Instant::now();
+        let colors = py
+            .detach(|| made.colors(&thickness[done * layers..end * layers], &angle[done..end]))
+            .map_err(value_error)?;
+        let speedup = SLICE.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-6);
+        slice = ((slice as f64 * speedup.clamp(0.1, 8.0)) as usize).clamp(16, 1 << 20);
+        rows[done..end].copy_from_slice(&colors.values);
+        fringe = fringe.max(colors.fringe_steps);
+        done = end;
+        py.check_signals()?;
+    }
+    Ok((made.extended(), fringe))
+}
+
+#[pyfunction]
+fn dias1991_wavelengths<'py>(py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    color::dias1991_wavelengths().collect::<Vec<_>>().into_pyarray(py)
+}
+
+/// `indices` (40, 3) complex; `matrix` a name or nine numbers by rows.
+#[pyfunction]
+fn dias1991<'py>(
+    py: Python<'py>,
+    indices: PyReadonlyArray2<'py, Complex64>,
+    thickness_nm: PyReadonlyArray1<'py, f64>,
+    angle_deg: PyReadonlyArray1<'py, f64>,
+    table: &str,
+    matrix: MatrixArgument,
+) -> PyResult<(Rows<'py>, Rows<'py>)> {
+    let table = match table {
+        "printed" => DiasTable::Printed,
+        "full" => DiasTable::Full,
+        _ => return Err(PyValueError::new_err(format!("table must be \"printed\" or \"full\", got {table:?}"))),
+    };
+    let matrix = match matrix {
+        MatrixArgument::Given(matrix) => DiasMatrix::Given(matrix),
+        MatrixArgument::Named(name) => match name.as_str() {
+            "printed" => DiasMatrix::Printed,
+            "full" => DiasMatrix::Full,
+            _ => {
+                let message = format!("matrix must be \"printed\", \"full\" or a 3 x 3 array, got {name:?}");
+                return Err(PyValueError::new_err(message));
+            }
+        },
+    };
+    let (indices, _) = indices.as_slice()?.as_chunks::<3>();
+    let film = Dias1991::new(indices, table, matrix).map_err(value_error)?;
+    let points = thickness_nm.as_slice()?.iter().zip(angle_deg.as_slice()?);
+    let colors: Result<Vec<_>, _> = points.map(|(&t, &a)| film.color(t, a)).collect();
+    let (xyz, rgb) = colors.map_err(value_error)?.into_iter().unzip();
+    Ok((rows(py, xyz)?, rows(py, rgb)?))
+}
+
+#[derive(FromPyObject)]
+enum MatrixArgument {
+    Named(String),
+    Given([[f64; 3]; 3]),
 }

@@ -1,8 +1,187 @@
 //! Bindings of the scene stage.
 
+use std::path::{Path, PathBuf};
+
+use iridesce::scene::{Node, Origin, Scene as CoreScene, SceneError, Value, builtin_names, builtin_text};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyComplex, PyComplexMethods, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+
+/// Deepest nesting of a dict: beyond it Python's own recursion is in danger.
+const MAX_DEPTH: usize = 64;
+
+/// A validated scene.
+#[pyclass(frozen, module = "iridesce._core")]
+pub struct Scene {
+    /// The scene.
+    pub inner: CoreScene,
+}
+
+#[pymethods]
+impl Scene {
+    #[staticmethod]
+    fn builtin(py: Python<'_>, name: &str) -> PyResult<Scene> {
+        wrap(py, CoreScene::builtin(name))
+    }
+
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf, allow_outside: bool) -> PyResult<Scene> {
+        wrap(py, py.detach(|| CoreScene::load(Path::new(&path), allow_outside)))
+    }
+
+    #[staticmethod]
+    fn from_dict(
+        py: Python<'_>,
+        tree: &Bound<'_, PyDict>,
+        folder: Option<PathBuf>,
+        allow_outside: bool,
+    ) -> PyResult<Scene> {
+        let node = to_node(tree.as_any(), "", 0)?;
+        let origin = Origin { file: None, folder, allow_outside };
+        wrap(py, py.detach(|| CoreScene::from_node(&node, origin)))
+    }
+
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        from_node(py, self.inner.tree())
+    }
+
+    fn to_json(&self) -> String {
+        self.inner.tree().to_json().to_string()
+    }
+
+    fn with_value(&self, py: Python<'_>, path: &str, value: &Bound<'_, PyAny>) -> PyResult<Scene> {
+        let value = to_node(value, path, 0)?;
+        wrap(py, py.detach(|| self.inner.with_value(path, value)))
+    }
+
+    /// Whether a stated extension of a medium's data is used somewhere in 360..830 nm, and by which medium.
+    fn extended_media(&self) -> Vec<String> {
+        self.inner.extended_media()
+    }
+
+    #[getter]
+    fn file(&self) -> Option<PathBuf> {
+        self.inner.origin().file.clone()
+    }
+}
+
+fn wrap(py: Python<'_>, scene: Result<CoreScene, SceneError>) -> PyResult<Scene> {
+    scene.map(|inner| Scene { inner }).map_err(|error| to_python(py, error))
+}
+
+/// `iridesce.SceneError` with its place, or `iridesce.ResourceError`.
+pub fn to_python(py: Python<'_>, error: SceneError) -> PyErr {
+    let build = || -> PyResult<PyErr> {
+        let errors = py.import("iridesce.errors")?;
+        let message = error.to_string();
+        let value = if error.is_resource {
+            errors.getattr("ResourceError")?.call1((message,))?
+        } else {
+            let file = error.file.as_ref().map(|f| f.display().to_string());
+            errors.getattr("SceneError")?.call1((message, file, error.line, error.key.clone()))?
+        };
+        Ok(PyErr::from_value(value))
+    };
+    build().unwrap_or_else(|e| e)
+}
+
+/// A Python value as part of a scene; numpy numbers and arrays count as numbers and lists.
+fn to_node(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Node> {
+    let py = value.py();
+    let place = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    let wrong = |message: String| {
+        let error = SceneError::new(message);
+        to_python(py, if path.is_empty() { error } else { error.at(path, None) })
+    };
+    if depth > MAX_DEPTH {
+        return Err(wrong(format!("nested deeper than {MAX_DEPTH} levels")));
+    }
+    if let Ok(table) = value.cast::<PyDict>() {
+        let mut entries = Vec::with_capacity(table.len());
+        for (key, item) in table {
+            let Ok(key) = key.cast::<PyString>() else {
+                return Err(wrong(format!("keys of a scene are texts, got {}", key.repr()?)));
+            };
+            let key = key.to_str()?.to_owned();
+            let node = to_node(&item, &place(&key), depth + 1)?;
+            entries.push((key, node));
+        }
+        return Ok(Value::Table(entries).into());
+    }
+    if let Ok(text) = value.cast::<PyString>() {
+        return Ok(Value::Text(text.to_str()?.to_owned()).into());
+    }
+    if let Ok(flag) = value.cast::<PyBool>() {
+        return Ok(Value::Bool(flag.is_true()).into());
+    }
+    if value.is_instance_of::<PyInt>() {
+        // Whole numbers beyond 128 bits are as wrong as any other that large.
+        return Ok(value.extract::<i128>().map_or_else(|_| Value::Float(f64::INFINITY), Value::Int).into());
+    }
+    if value.is_instance_of::<PyFloat>() {
+        return Ok(Value::Float(value.extract()?).into());
+    }
+    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        let mut items = Vec::new();
+        for (i, item) in value.try_iter()?.enumerate() {
+            items.push(to_node(&item?, &place(&i.to_string()), depth + 1)?);
+        }
+        return Ok(Value::List(items).into());
+    }
+    // Thickness models, paths, numpy scalars and arrays.
+    if value.hasattr("to_scene")? {
+        return to_node(&value.call_method0("to_scene")?, path, depth + 1);
+    }
+    if value.hasattr("__fspath__")? {
+        return to_node(&py.import("os")?.call_method1("fspath", (value,))?, path, depth + 1);
+    }
+    if value.hasattr("tolist")? {
+        return to_node(&value.call_method0("tolist")?, path, depth + 1);
+    }
+    if let Ok(pair) = value.cast::<PyComplex>() {
+        return Ok(Value::List(vec![Node::number(pair.real()), Node::number(pair.imag())]).into());
+    }
+    Err(wrong(format!("a scene holds tables, lists, texts and numbers, got {}", value.get_type().name()?)))
+}
+
+fn from_node<'py>(py: Python<'py>, node: &Node) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match &node.value {
+        Value::Bool(b) => PyBool::new(py, *b).to_owned().into_any(),
+        Value::Int(i) => i.into_pyobject(py)?.into_any(),
+        Value::Float(f) => f.into_pyobject(py)?.into_any(),
+        Value::Text(t) => t.into_pyobject(py)?.into_any(),
+        Value::List(items) => {
+            let list = PyList::empty(py);
+            for item in items {
+                list.append(from_node(py, item)?)?;
+            }
+            list.into_any()
+        }
+        Value::Table(entries) => {
+            let table = PyDict::new(py);
+            for (key, item) in entries {
+                table.set_item(key, from_node(py, item)?)?;
+            }
+            table.into_any()
+        }
+    })
+}
+
+/// Names of the built-in scenes.
+#[pyfunction]
+fn scene_names() -> Vec<&'static str> {
+    builtin_names().collect()
+}
+
+/// The text of a built-in scene.
+#[pyfunction]
+fn scene_text(name: &str) -> PyResult<&'static str> {
+    builtin_text(name).map_err(|e| PyValueError::new_err(e.to_string()))
+}
 
 /// Adds this stage's names to `_core`.
-pub fn register(_module: &Bound<'_, PyModule>) -> PyResult<()> {
-    Ok(())
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<Scene>()?;
+    module.add_function(wrap_pyfunction!(scene_names, module)?)?;
+    module.add_function(wrap_pyfunction!(scene_text, module)?)
 }

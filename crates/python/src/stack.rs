@@ -1,8 +1,358 @@
-//! Bindings of the stack stage.
+//! Bindings of the stack stage: one call evaluates a stack over broadcast arrays.
 
+use iridesce::optics::incidence::Incidence;
+use iridesce::optics::stack::{self, Solver};
+use iridesce::optics::{Complex64, OpticsError, Polarization, film};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray1};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use rayon::prelude::*;
+
+/// Elements a task: enough to pay for its dispatch, few enough to share evenly.
+const TASK: usize = 512;
+/// Layer evaluations between two looks for Ctrl-C, per thread: about 20 ms.
+const WORK_PER_LOOK: usize = 200_000;
 
 /// Adds this stage's names to `_core`.
-pub fn register(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(stack_evaluate, module)?)
+}
+
+/// What is written for each element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Quantity {
+    Reflectance,
+    Transmittance,
+    Absorptance,
+    LayerAbsorptance,
+    /// `r` and `t`, real and imaginary part each.
+    Amplitudes,
+    /// psi and delta in degrees.
+    Ellipsometry,
+    TwoBeam,
+}
+
+impl Quantity {
+    fn named(name: &str) -> PyResult<Quantity> {
+        match name {
+            "reflectance" => Ok(Quantity::Reflectance),
+            "transmittance" => Ok(Quantity::Transmittance),
+            "absorptance" => Ok(Quantity::Absorptance),
+            "layer_absorptance" => Ok(Quantity::LayerAbsorptance),
+            "amplitudes" => Ok(Quantity::Amplitudes),
+            "ellipsometry" => Ok(Quantity::Ellipsometry),
+            "two_beam" => Ok(Quantity::TwoBeam),
+            _ => Err(PyValueError::new_err(format!("no quantity is named {name:?}"))),
+        }
+    }
+
+    /// Numbers an element in the first and in the second output.
+    fn widths(self, layers: usize) -> [usize; 2] {
+        match self {
+            Quantity::LayerAbsorptance => [layers, 0],
+            Quantity::Amplitudes => [2, 2],
+            Quantity::Ellipsometry => [1, 1],
+            _ => [1, 0],
+        }
+    }
+}
+
+/// One argument: its own values, and how far to step in them along each axis of the result (0: broadcast).
+#[derive(Debug)]
+struct Operand<'a> {
+    values: &'a [f64],
+    strides: Vec<usize>,
+}
+
+impl<'a> Operand<'a> {
+    fn new(values: &'a [f64], strides: Vec<usize>, shape: &[usize]) -> PyResult<Operand<'a>> {
+        let furthest = shape.iter().zip(&strides).try_fold(0_usize, |sum, (&length, &stride)| {
+            sum.checked_add(stride.checked_mul(length.saturating_sub(1))?)
+        });
+        if strides.len() != shape.len() || furthest.is_none_or(|furthest| furthest >= values.len()) {
+            return Err(PyValueError::new_err("an argument does not broadcast to the shape of the result"));
+        }
+        Ok(Operand { values, strides })
+    }
+}
+
+/// A stack over a broadcast shape.
+struct Job<'a> {
+    quantity: Quantity,
+    polarization: Polarization,
+    /// Indices by wavelength, then by medium of the stack.
+    indices: Vec<Complex64>,
+    coherent: Vec<bool>,
+    shape: Vec<usize>,
+    /// Wavelength, angle, then one thickness a layer.
+    operands: Vec<Operand<'a>>,
+}
+
+/// A run of elements and where their results go.
+struct Task<'a> {
+    start: usize,
+    count: usize,
+    out: [&'a mut [f64]; 2],
+}
+
+/// Evaluates a stack. `indices` holds a row of each different medium over the wavelengths, `media` the row of each medium
+/// of the stack. Each of `arguments` (wavelength, angle, then the thickness of each layer) comes as flat values with its
+/// strides along the axes of `shape`. Results are written into `out` and, where there are two, `second`.
+#[pyfunction]
+#[pyo3(signature = (quantity, polarization, indices, media, coherent, arguments, shape, out, second, threads))]
+#[expect(clippy::too_many_arguments, reason = "one call carries the whole request")]
+fn stack_evaluate<'py>(
+    py: Python<'py>,
+    quantity: &str,
+    polarization: &str,
+    indices: PyReadonlyArray2<'py, Complex64>,
+    media: Vec<usize>,
+    coherent: Vec<bool>,
+    arguments: Vec<(PyReadonlyArray1<'py, f64>, Vec<usize>)>,
+    shape: Vec<usize>,
+    mut out: PyReadwriteArray1<'py, f64>,
+    mut second: Option<PyReadwriteArray1<'py, f64>>,
+    threads: Option<usize>,
+) -> PyResult<()> {
+    let quantity = Quantity::named(quantity)?;
+    let polarization = Polarization::named(polarization).map_err(value_error)?;
+    let layers = coherent.len();
+    let wavelengths = indices.as_array().ncols();
+    if media.len() != layers + 2 || arguments.len() != layers + 2 || arguments[0].0.len()? != wavelengths {
+        return Err(PyValueError::new_err("media, coherent flags, arguments and indices do not belong together"));
+    }
+    let table = indices.as_slice()?;
+    let rows = indices.as_array().nrows();
+    if media.iter().any(|&row| row >= rows) {
+        return Err(PyValueError::new_err("a medium has no row in indices"));
+    }
+    let indices: Vec<Complex64> =
+        (0..wavelengths).flat_map(|w| media.iter().map(move |&row| table[row * wavelengths + w])).collect();
+    let operands = arguments
+        .iter()
+        .map(|(values, strides)| Operand::new(values.as_slice()?, strides.clone(), &shape))
+        .collect::<PyResult<Vec<_>>>()?;
+    let job = Job { quantity, polarization, indices, coherent, shape, operands };
+    job.check().map_err(value_error)?;
+
+    let count: usize = job.shape.iter().product();
+    let widths = quantity.widths(layers);
+    let first = out.as_slice_mut()?;
+    let other = match &mut second {
+        Some(array) => array.as_slice_mut()?,
+        None => &mut [],
+    };
+    if first.len() != count * widths[0] || other.len() != count * widths[1] {
+        return Err(PyValueError::new_err("the output does not have the shape of the result"));
+    }
+    let pool = match threads {
+        Some(threads) if threads > 1 && count > TASK => Some(
+            rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .map_err(|error| PyValueError::new_err(format!("threads={threads}: {error}")))?,
+        ),
+        _ => None,
+    };
+    let alone = threads == Some(1) || count <= TASK;
+    let workers = if alone { 1 } else { threads.unwrap_or_else(rayon::current_num_threads) };
+    let per_look = (workers * WORK_PER_LOOK / ((layers + 1) * TASK)).max(workers);
+
+    let mut tasks = tasks(count, widths, first, other);
+    for group in tasks.chunks_mut(per_look) {
+        py.detach(|| {
+            if alone {
+                group.iter_mut().try_for_each(|task| job.run(task))
+            } else {
+                let mut work = || group.par_iter_mut().try_for_each(|task| job.run(task));
+                match &pool {
+                    Some(pool) => pool.install(work),
+                    None => work(),
+                }
+            }
+        })
+        .map_err(value_error)?;
+        py.check_signals()?;
+    }
     Ok(())
+}
+
+fn tasks<'a>(count: usize, widths: [usize; 2], mut first: &'a mut [f64], mut second: &'a mut [f64]) -> Vec<Task<'a>> {
+    let mut tasks = Vec::with_capacity(count.div_ceil(TASK));
+    for start in (0..count).step_by(TASK) {
+        let count = TASK.min(count - start);
+        let (head, tail) = first.split_at_mut(count * widths[0]);
+        let (other_head, other_tail) = second.split_at_mut(count * widths[1]);
+        tasks.push(Task { start, count, out: [head, other_head] });
+        (first, second) = (tail, other_tail);
+    }
+    tasks
+}
+
+impl Job<'_> {
+    fn media(&self) -> usize {
+        self.coherent.len() + 2
+    }
+
+    /// The checks of `stack::check` that need the indices; values were checked where their arrays came in.
+    fn check(&self) -> Result<(), OpticsError> {
+        for (&wavelength_nm, indices) in self.operands[0].values.iter().zip(self.indices.chunks(self.media())) {
+            stack::check_indices(indices, &self.coherent)
+                .map_err(|error| OpticsError::Argument(format!("{error} (at wavelength_nm = {wavelength_nm})")))?;
+        }
+        let shortest = self.operands[0].values.iter().copied().fold(f64::INFINITY, f64::min);
+        for (j, layer) in self.operands[2..].iter().enumerate() {
+            let thickest = layer.values.iter().copied().fold(0.0, f64::max);
+            if thickest / shortest > stack::MOST_WAVES {
+                return Err(OpticsError::Argument(format!(
+                    "thickness_nm of layer {} must be at most {:e} wavelengths, got {thickest} at {shortest} nm",
+                    j + 1,
+                    stack::MOST_WAVES
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    fn run(&self, task: &mut Task<'_>) -> Result<(), OpticsError> {
+        let mut solver = Solver::new();
+        let mut scratch = Vec::new();
+        let mut thickness_nm = vec![0.0; self.coherent.len()];
+        let mut place = self.place(task.start);
+        let mut offsets: Vec<usize> = self
+            .operands
+            .iter()
+            .map(|operand| operand.strides.iter().zip(&place).map(|(stride, index)| stride * index).sum())
+            .collect();
+        let mut incidence: Option<(f64, Incidence)> = None;
+        for element in 0..task.count {
+            let angle_deg = self.operands[1].values[offsets[1]];
+            let incidence = match incidence {
+                Some((angle, incidence)) if angle == angle_deg => incidence,
+                _ => {
+                    let new = Incidence::from_degrees(angle_deg)?;
+                    incidence = Some((angle_deg, new));
+                    new
+                }
+            };
+            for (j, thickness) in thickness_nm.iter_mut().enumerate() {
+                *thickness = self.operands[j + 2].values[offsets[j + 2]];
+            }
+            let wavelength_nm = self.operands[0].values[offsets[0]];
+            let indices = &self.indices[offsets[0] * self.media()..][..self.media()];
+            let point = Point { indices, thickness_nm: &thickness_nm, wavelength_nm, incidence };
+            self.evaluate(&mut solver, &mut scratch, &point, element, task)
+                .map_err(|error| OpticsError::Argument(format!("{error}{}", self.named_place(task.start + element))))?;
+            self.step(&mut place, &mut offsets);
+        }
+        Ok(())
+    }
+
+    fn evaluate(
+        &self,
+        solver: &mut Solver,
+        scratch: &mut Vec<f64>,
+        point: &Point<'_>,
+        element: usize,
+        task: &mut Task<'_>,
+    ) -> Result<(), OpticsError> {
+        let [first, second] = &mut task.out;
+        if self.quantity == Quantity::TwoBeam {
+            first[element] = point.two_beam()?;
+            return Ok(());
+        }
+        let Point { indices, thickness_nm, wavelength_nm, incidence } = *point;
+        solver.prepare(indices, thickness_nm, &self.coherent, wavelength_nm, incidence);
+        match self.quantity {
+            Quantity::Reflectance => first[element] = solver.powers(self.polarization)?.reflectance,
+            Quantity::Transmittance => first[element] = solver.powers(self.polarization)?.transmittance,
+            Quantity::Absorptance => first[element] = solver.absorptance(self.polarization, scratch)?,
+            Quantity::LayerAbsorptance => {
+                let layers = self.coherent.len();
+                let row = &mut first[element * layers..(element + 1) * layers];
+                solver.powers_and_layers(self.polarization, row)?;
+            }
+            Quantity::Amplitudes => {
+                let amplitudes = solver.amplitudes(self.polarization)?;
+                first[2 * element..][..2].copy_from_slice(&[amplitudes.r.re, amplitudes.r.im]);
+                second[2 * element..][..2].copy_from_slice(&[amplitudes.t.re, amplitudes.t.im]);
+            }
+            _ => {
+                let r_s = solver.amplitudes(Polarization::S)?.r;
+                let r_p = solver.amplitudes(Polarization::P)?.r;
+                (first[element], second[element]) = stack::ellipsometry(r_s, r_p).ok_or_else(|| {
+                    OpticsError::Argument("psi and delta have no value where nothing is reflected".into())
+                })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Indices along the axes of the result.
+    fn place(&self, mut element: usize) -> Vec<usize> {
+        let mut place = vec![0; self.shape.len()];
+        for (index, &length) in place.iter_mut().zip(&self.shape).rev() {
+            *index = element % length;
+            element /= length;
+        }
+        place
+    }
+
+    fn named_place(&self, element: usize) -> String {
+        match self.place(element).as_slice() {
+            [] => String::new(),
+            [index] => format!(" (at index ({index},))"),
+            place => {
+                let indices: Vec<String> = place.iter().map(usize::to_string).collect();
+                format!(" (at index ({}))", indices.join(", "))
+            }
+        }
+    }
+
+    /// On to the next element in C order.
+    fn step(&self, place: &mut [usize], offsets: &mut [usize]) {
+        for axis in (0..place.len()).rev() {
+            place[axis] += 1;
+            if place[axis] < self.shape[axis] {
+                for (offset, operand) in offsets.iter_mut().zip(&self.operands) {
+                    *offset += operand.strides[axis];
+                }
+                return;
+            }
+            place[axis] = 0;
+            for (offset, operand) in offsets.iter_mut().zip(&self.operands) {
+                *offset -= operand.strides[axis] * (self.shape[axis] - 1);
+            }
+        }
+    }
+}
+
+/// The arguments of one element.
+#[derive(Clone, Copy)]
+struct Point<'a> {
+    indices: &'a [Complex64],
+    thickness_nm: &'a [f64],
+    wavelength_nm: f64,
+    incidence: Incidence,
+}
+
+impl Point<'_> {
+    fn two_beam(&self) -> Result<f64, OpticsError> {
+        let [n1, n2, n3] = self.indices else {
+            return Err(OpticsError::Argument("the two-beam form takes exactly one layer".into()));
+        };
+        let n = real_indices([*n1, *n2, *n3])?;
+        film::two_beam_reflectance(n, self.thickness_nm[0], self.wavelength_nm, self.incidence.cos_theta())
+    }
+}
+
+fn real_indices(n: [Complex64; 3]) -> Result<[f64; 3], OpticsError> {
+    match n.iter().find(|n| n.im != 0.0) {
+        Some(n) => Err(OpticsError::Argument(format!("the two-beam form takes real indices, got {n}"))),
+        None => Ok(n.map(|n| n.re)),
+    }
+}
+
+fn value_error(error: OpticsError) -> PyErr {
+    PyValueError::new_err(error.to_string())
 }

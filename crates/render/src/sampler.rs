@@ -63,7 +63,8 @@ impl PixelSampler {
     #[inline(always)]
     pub fn point(self, sample: u32) -> (f64, f64) {
         const TO_UNIT: f64 = 1.0 / 4_294_967_296.0;
-        let shuffled = owen_scramble(sample.reverse_bits(), self.key as u32).reverse_bits();
+        // The order of the points is scrambled by blocks, so that the first 2^k samples of any pixel are a whole net.
+        let shuffled = owen_scramble(sample, self.key as u32);
         let keys = mix64(self.key);
         let x = owen_scramble(shuffled.reverse_bits(), keys as u32);
         let y = owen_scramble(sobol_second(shuffled), (keys >> 32) as u32);

@@ -1,5 +1,20 @@
 //! Scenes: read, validate, resolve. Knows films and thickness, nothing of rendering.
+//!
+//! ```text
+//! TOML, JSON, dict -> tree (with lines) -> validate -> Scene (every default filled in, every name resolved)
+//! ```
 
+mod builtin;
+mod edit;
+mod error;
+mod files;
 mod model;
+mod reader;
+mod studio;
+mod tree;
+mod validate;
 
+pub use builtin::{builtin_names, builtin_text};
+pub use error::SceneError;
 pub use model::*;
+pub use tree::{Node, Value};

@@ -1,10 +1,13 @@
 //! A validated scene: every default filled in, every medium, illuminant and map resolved.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use iridesce_optics::Medium;
 use iridesce_optics::color::Illuminant;
-use iridesce_thickness::ThicknessModel;
+pub use iridesce_thickness::ThicknessModel;
+
+use crate::tree::Node;
 
 /// What 1.0 means in a scene's coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -151,4 +154,19 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// All lights, at least one; their radiances add.
     pub lights: Vec<Light>,
+    /// The tree it was read from, with every default filled in.
+    pub(crate) tree: Node,
+    /// Where it came from.
+    pub(crate) origin: Origin,
+}
+
+/// Where a scene came from: what its paths are relative to.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Origin {
+    /// The file, for messages.
+    pub file: Option<PathBuf>,
+    /// The folder that paths start from and may not leave; `None` is the current folder.
+    pub folder: Option<PathBuf>,
+    /// The user said that paths may leave the folder.
+    pub allow_outside: bool,
 }

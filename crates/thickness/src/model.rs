@@ -29,7 +29,40 @@ pub enum ThicknessModel {
     },
 }
 
+/// A thickness in nm that a film can have.
+fn check_nm(key: &'static str, value: f64) -> Result<(), ThicknessError> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(());
+    }
+    Err(ThicknessError { key, message: format!("must be a finite thickness in nm, >= 0, got {value}") })
+}
+
 impl ThicknessModel {
+    /// The same thickness everywhere, nm, >= 0 and finite.
+    pub fn uniform(thickness_nm: f64) -> Result<ThicknessModel, ThicknessError> {
+        check_nm("thickness_nm", thickness_nm)?;
+        Ok(ThicknessModel::Uniform { thickness_nm })
+    }
+
+    /// A power law in height: `bottom + (top - bottom) s^exponent`; thicknesses >= 0 in nm, exponent > 0, all finite.
+    ///
+    /// ```
+    /// use iridesce_thickness::ThicknessModel;
+    /// let model = ThicknessModel::gradient(100.0, 900.0, 2.0).unwrap();
+    /// assert_eq!(model.at_height(0.5), 700.0);
+    /// ```
+    pub fn gradient(top: f64, bottom: f64, exponent: f64) -> Result<ThicknessModel, ThicknessError> {
+        check_nm("top", top)?;
+        check_nm("bottom", bottom)?;
+        if !(exponent.is_finite() && exponent > 0.0) {
+            return Err(ThicknessError {
+                key: "exponent",
+                message: format!("must be a finite exponent > 0, got {exponent}"),
+            });
+        }
+        Ok(ThicknessModel::Gradient { top_nm: top, bottom_nm: bottom, exponent })
+    }
+
     /// Thickness in nm at relative height `s` (clamped to 0..1).
     pub fn at_height(&self, s: f64) -> f64 {
         match *self {
@@ -48,5 +81,37 @@ impl ThicknessModel {
             ThicknessModel::Uniform { thickness_nm } => thickness_nm,
             ThicknessModel::Gradient { top_nm, bottom_nm, .. } => top_nm.max(bottom_nm),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gradients_meet_their_ends_and_stay_between() {
+        for exponent in [0.3, 1.0, 2.5] {
+            let model = ThicknessModel::gradient(20.0, 900.0, exponent).unwrap();
+            assert_eq!((model.at_height(0.0), model.at_height(1.0)), (900.0, 20.0));
+            assert_eq!((model.at_height(-1e-9), model.at_height(1.0 + 1e-9)), (900.0, 20.0));
+            let mut last = f64::INFINITY;
+            for i in 0..=100 {
+                let t = model.at_height(f64::from(i) / 100.0);
+                assert!((20.0..=900.0).contains(&t) && t <= last);
+                last = t;
+            }
+            assert_eq!(model.max_nm(), 900.0);
+        }
+    }
+
+    #[test]
+    fn impossible_films_are_refused_by_name() {
+        for bad in [f64::NAN, f64::INFINITY, -1.0] {
+            assert_eq!(ThicknessModel::uniform(bad).unwrap_err().key, "thickness_nm");
+            assert_eq!(ThicknessModel::gradient(bad, 1.0, 1.0).unwrap_err().key, "top");
+            assert_eq!(ThicknessModel::gradient(1.0, bad, 1.0).unwrap_err().key, "bottom");
+            assert_eq!(ThicknessModel::gradient(1.0, 1.0, bad).unwrap_err().key, "exponent");
+        }
+        assert!(ThicknessModel::gradient(1.0, 1.0, 0.0).is_err());
     }
 }

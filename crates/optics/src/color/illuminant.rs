@@ -91,7 +91,7 @@ impl Illuminant {
         }
     }
 
-    /// Planck's radiator: power proportional to lambda^-5 / (exp(c2 / (lambda T)) - 1), 1 at 560 nm.
+    /// Planck's radiator: power proportional to lambda^-5 / (exp(c2 / (lambda T)) - 1), 100 at 560 nm.
     pub fn blackbody(kelvin: f64) -> Result<Illuminant, OpticsError> {
         let (low, high) = BLACKBODY_K;
         if !(low <= kelvin && kelvin <= high) {
@@ -170,7 +170,7 @@ impl Illuminant {
         match &self.continuous {
             Continuous::Dark => 0.0,
             Continuous::Table(table) => table.at(wavelength_nm).unwrap_or(0.0),
-            Continuous::Blackbody { kelvin } => planck_relative(wavelength_nm, *kelvin),
+            Continuous::Blackbody { kelvin } => 100.0 * planck_relative(wavelength_nm, *kelvin),
         }
     }
 
@@ -298,7 +298,7 @@ mod tests {
         let light = Illuminant::named("blackbody:2856").unwrap();
         let planck = |nm: f64| nm.powi(-5) / ((1.438776877e7 / (nm * 2856.0)).exp() - 1.0);
         for nm in [300.0, 380.0, 560.0, 780.0, 2000.0] {
-            let wanted = planck(nm) / planck(560.0);
+            let wanted = 100.0 * planck(nm) / planck(560.0);
             assert!((light.power(nm) / wanted - 1.0).abs() < 1e-12);
         }
         assert!(Illuminant::named("blackbody:500").unwrap().white(Observer::Cie1931)[1] > 0.0);

@@ -5,89 +5,13 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-use super::gamut::{Gamut, Mapping};
-use super::illuminant::Illuminant;
-use super::observer::Observer;
+use super::gamut::Gamut;
+use super::request::{ColorRequest, Model, Quantity};
 use super::single_film::{FilmSpectrum, normal_wavenumber};
-use super::space::{Adaptation, Space};
 use super::sums::{Grid, Weights};
 use crate::incidence::Incidence;
-use crate::stack::solve_angle;
-use crate::{Complex64, Medium, OpticsError, Polarization};
-
-/// Which power ratio is looked at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Quantity {
-    /// What comes back.
-    #[default]
-    Reflectance,
-    /// What passes.
-    Transmittance,
-    /// What stays.
-    Absorptance,
-}
-
-impl Quantity {
-    /// `"reflectance"`, `"transmittance"` or `"absorptance"`.
-    pub fn named(name: &str) -> Result<Quantity, OpticsError> {
-        match name {
-            "reflectance" => Ok(Quantity::Reflectance),
-            "transmittance" => Ok(Quantity::Transmittance),
-            "absorptance" => Ok(Quantity::Absorptance),
-            _ => Err(OpticsError::Unknown(format!(
-                "quantity must be \"reflectance\", \"transmittance\" or \"absorptance\", got {name:?}"
-            ))),
-        }
-    }
-}
-
-/// Which optics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Model {
-    /// Every reflection, both polarisations.
-    #[default]
-    Exact,
-    /// The two-beam form of 1991: one layer, real indices, amplitudes of normal incidence at every angle.
-    TwoBeam,
-}
-
-impl Model {
-    /// `"exact"` or `"two-beam"`.
-    pub fn named(name: &str) -> Result<Model, OpticsError> {
-        match name {
-            "exact" => Ok(Model::Exact),
-            "two-beam" => Ok(Model::TwoBeam),
-            _ => Err(OpticsError::Unknown(format!("model must be \"exact\" or \"two-beam\", got {name:?}"))),
-        }
-    }
-}
-
-/// What is asked of a stack.
-#[derive(Debug, Clone)]
-pub struct ColorRequest {
-    /// First medium, layers in the order light meets them, last medium.
-    pub media: Vec<Medium>,
-    /// One entry a layer; `false` for an incoherent slab.
-    pub coherent: Vec<bool>,
-    /// The light.
-    pub illuminant: Illuminant,
-    /// The observer.
-    pub observer: Observer,
-    /// The polarisation of the light.
-    pub polarization: Polarization,
-    /// The power ratio.
-    pub quantity: Quantity,
-    /// The optics.
-    pub model: Model,
-    /// Wavelengths of the sum, taken as they are; `None`: 360..830 nm at 1 nm, refined where fringes need it.
-    pub grid: Option<Grid>,
-    /// The space of the answer.
-    pub space: Space,
-    /// Adaptation to the space's white.
-    pub adaptation: Adaptation,
-    /// What to do with RGB out of range; `None` keeps it.
-    pub gamut: Option<Mapping>,
-}
+use crate::stack::{self, Solver};
+use crate::{Complex64, OpticsError};
 
 /// A fringe needs 4 steps of the sum or more: 2 n t cos(theta) step / lambda^2 <= 1/4.
 pub const FRINGE_STEPS: f64 = 0.25;
@@ -127,27 +51,7 @@ pub struct Colors {
 impl StackColor {
     /// Checks the request and reads all indices at the wavelengths of the sum.
     pub fn new(request: ColorRequest) -> Result<StackColor, OpticsError> {
-        let bad = |message: &str| Err(OpticsError::Argument(message.to_string()));
-        if request.media.len() < 2 || request.coherent.len() + 2 != request.media.len() {
-            return bad("a stack needs a first medium, one entry of coherent for each layer, and a last medium");
-        }
-        if request.gamut.is_some() && request.space.rgb_from_xyz().is_none() {
-            return Err(OpticsError::Argument(format!(
-                "gamut= needs an RGB space (srgb, display-p3, rec2020, linear-srgb, acescg, ntsc1953), got space={:?}",
-                request.space.name()
-            )));
-        }
-        if request.model == Model::TwoBeam {
-            if request.coherent.len() != 1 || !request.coherent[0] {
-                return bad("model=\"two-beam\" needs exactly one layer, a coherent one");
-            }
-            if request.polarization != Polarization::Unpolarized {
-                return bad("model=\"two-beam\" knows no polarisation: polarization must be \"unpolarized\"");
-            }
-            if request.quantity != Quantity::Reflectance {
-                return bad("model=\"two-beam\" gives the reflectance only: quantity must be \"reflectance\"");
-            }
-        }
+        request.check()?;
         let made = StackColor { request, levels: [const { OnceLock::new() }; HALVINGS + 1] };
         made.level(0)?;
         Ok(made)
@@ -223,11 +127,11 @@ impl StackColor {
         let mut extended = BTreeSet::new();
         for &nm in &weights.wavelength_nm {
             for (place, medium) in request.media.iter().enumerate() {
-                let (index, beyond) = medium.index_extended(nm)?;
+                let (index, beyond) = medium.index_extended(nm).map_err(within_data)?;
                 if beyond {
                     extended.insert(medium.name().to_string());
                 }
-                check_index(index, place, medium, nm, request)?;
+                request.check_index(index, place, nm)?;
                 indices.push(index);
             }
         }
@@ -236,22 +140,14 @@ impl StackColor {
     }
 }
 
-fn check_index(
-    index: Complex64,
-    place: usize,
-    medium: &Medium,
-    nm: f64,
-    request: &ColorRequest,
-) -> Result<(), OpticsError> {
-    let last = place + 1 == request.media.len();
-    let what = match place {
-        0 if !(index.re > 0.0 && index.im == 0.0) => "the first medium must have a real index > 0",
-        _ if last && index.im < 0.0 => "the last medium must not amplify (k >= 0)",
-        _ if request.model == Model::TwoBeam && index.im != 0.0 => "model=\"two-beam\" needs real indices",
-        _ if !(index.re.is_finite() && index.im.is_finite()) => "indices must be finite",
-        _ => return Ok(()),
-    };
-    Err(OpticsError::Argument(format!("{what}, got {index} for medium {:?} at {nm} nm", medium.name())))
+/// A medium of the user's that stops inside the visible has no extension: say what can be done.
+fn within_data(error: OpticsError) -> OpticsError {
+    match error {
+        OpticsError::OutsideData(message) => OpticsError::OutsideData(format!(
+            "{message} (a colour sum runs over 360..830 nm unless wavelength_nm= gives a grid within the data)"
+        )),
+        other => other,
+    }
 }
 
 /// The stack at one angle, with what its points share.
@@ -315,7 +211,7 @@ impl<'a> AtAngle<'a> {
         self.values.resize(level.weights.wavelength_nm.len(), 0.0);
         match &self.films[halvings] {
             Some(Film::Single(film)) => film.evaluate(thickness_nm[0], &mut self.values),
-            _ => general(&self.of.request, level, self.angle_deg, thickness_nm, &mut self.values)?,
+            _ => general(&self.of.request, level, self.incidence, thickness_nm, &mut self.values)?,
         }
         Ok(level.columns.each_ref().map(|weights| dot(weights, &self.values)))
     }
@@ -359,25 +255,21 @@ fn halvings_for(fringe: f64, thickness_nm: &[f64]) -> Result<usize, OpticsError>
 fn general(
     request: &ColorRequest,
     level: &Level,
-    angle_deg: f64,
+    incidence: Incidence,
     thickness_nm: &[f64],
     out: &mut [f64],
 ) -> Result<(), OpticsError> {
-    let polarizations = request.polarization.parts();
-    let share = 1.0 / polarizations.len() as f64;
     let media = request.media.len();
+    let (mut solver, mut scratch) = (Solver::new(), Vec::new());
     for (i, (&nm, value)) in level.weights.wavelength_nm.iter().zip(out).enumerate() {
-        *value = 0.0;
-        for &polarization in polarizations {
-            let n = &level.indices[i * media..][..media];
-            let solved = solve_angle(n, thickness_nm, &request.coherent, nm, angle_deg, polarization)?;
-            *value += share
-                * match request.quantity {
-                    Quantity::Reflectance => solved.reflectance,
-                    Quantity::Transmittance => solved.transmittance,
-                    Quantity::Absorptance => 1.0 - solved.reflectance - solved.transmittance,
-                };
-        }
+        let n = &level.indices[i * media..][..media];
+        stack::check(n, thickness_nm, &request.coherent, nm)?;
+        solver.prepare(n, thickness_nm, &request.coherent, nm, incidence);
+        *value = match request.quantity {
+            Quantity::Reflectance => solver.powers(request.polarization)?.reflectance,
+            Quantity::Transmittance => solver.powers(request.polarization)?.transmittance,
+            Quantity::Absorptance => solver.absorptance(request.polarization, &mut scratch)?,
+        };
     }
     Ok(())
 }
@@ -399,6 +291,9 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::color::gamut::Mapping;
+    use crate::color::{Adaptation, Illuminant, Observer, Space};
+    use crate::{Medium, Polarization};
 
     fn request(n: &[Complex64], coherent: &[bool]) -> ColorRequest {
         ColorRequest {
@@ -452,13 +347,42 @@ mod tests {
                         let mut at = AtAngle::new(&made, deg).unwrap();
                         let (fast, ..) = at.color(&[t]).unwrap();
                         let (level, mut values) = (made.level(0).unwrap(), vec![0.0; at.values.len()]);
-                        general(&made.request, level, deg, &[t], &mut values).unwrap();
+                        general(&made.request, level, at.incidence, &[t], &mut values).unwrap();
                         let slow = level.columns.each_ref().map(|w| dot(w, &values));
                         close(fast, slow, 2e-14);
                     }
                 }
             }
         }
+    }
+
+    /// By the general solver, through a layer of no thickness in front.
+    fn with_general_solver(n: [Complex64; 3], t: f64, deg: f64) -> [f64; 3] {
+        let made = StackColor::new(request(&[n[0], n[0], n[1], n[2]], &[true, true])).unwrap();
+        made.colors(&[0.0, t], &[deg]).unwrap().values[0]
+    }
+
+    #[test]
+    fn gain_and_light_along_the_film_take_the_general_solver() {
+        for (n, t, deg) in [
+            ([1.0.into(), Complex64::new(1.5, -0.004), 1.3.into()], 600.0, 20.0),
+            // n sin(theta) = 0.75: within rounding of the critical angle of the film, where kz is 1e-8 or 0
+            ([1.5.into(), 0.75.into(), 1.5.into()], 300.0, 30.0),
+            ([1.5.into(), 0.75.into(), 1.5.into()], 300.0, 29.999),
+        ] {
+            let made = StackColor::new(request(&n, &[true])).unwrap();
+            let value = made.colors(&[t], &[deg]).unwrap().values[0];
+            assert!(value.iter().all(|v| v.is_finite()), "{value:?}");
+            close(value, with_general_solver(n, t, deg), 1e-13);
+        }
+    }
+
+    #[test]
+    fn incoherent_slabs_need_no_refinement() {
+        let made = StackColor::new(request(&real(&[1.0, 1.5, 1.0]), &[false])).unwrap();
+        let colors = made.colors(&[1e9], &[0.0]).unwrap();
+        close(colors.values[0], made.level(0).unwrap().weights.white.map(|w| 0.08 / 1.04 * w), 1e-14);
+        assert!(made.levels[1..].iter().all(|level| level.get().is_none()));
     }
 
     #[test]
@@ -528,6 +452,8 @@ mod tests {
         let r0: f64 = (0.33f64 / 2.33).powi(2);
         let f = 4.0 * r0 / (1.0 - r0).powi(2) * (2.0 * std::f64::consts::PI * 1.33 * t / 632.99).sin().powi(2);
         assert!((value - f / (1.0 + f)).abs() < 1e-11);
+        assert!(made.colors(&[1e12], &[0.0]).is_ok());
+        assert!(made.levels[1..].iter().all(|level| level.get().is_none()));
     }
 
     #[test]

@@ -5,6 +5,9 @@ use super::rows::{Columns, Repeated, Row, tables};
 use super::{Data, MAX_TEXT_BYTES, Medium, Real};
 use crate::OpticsError;
 
+/// A row has three fields; a header may hold a sentence.
+const MAX_FIELDS: usize = 256;
+
 pub(super) fn read(text: &str, label: &str) -> Result<Medium, OpticsError> {
     let fail = |line: usize, why: String| OpticsError::Data(format!("{label}:{line}: {why}"));
     if text.len() > MAX_TEXT_BYTES {
@@ -76,6 +79,9 @@ fn fields(content: &str) -> Result<Vec<&str>, String> {
     } else {
         content.split_whitespace().collect()
     };
+    if fields.len() > MAX_FIELDS {
+        return Err(format!("{} fields in one row, at most {MAX_FIELDS} are read", fields.len()));
+    }
     for field in &mut fields {
         *field = field.trim().trim_matches('"').trim();
     }

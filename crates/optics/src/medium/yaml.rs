@@ -17,7 +17,7 @@ const UM_TO_NM: i32 = 3;
 /// A page nests five levels at most.
 const MAX_DEPTH: usize = 32;
 
-/// A page has five keys, its longest mapping about twenty.
+/// A page has five keys; its longest mapping or list holds about twenty entries.
 const MAX_KEYS: usize = 256;
 
 /// A page of the database is a mapping; these are its parts that matter here.
@@ -209,6 +209,9 @@ fn node(parser: &mut Events<'_>, event: Event<'_>, span: Span, depth: usize) -> 
                 let (event, span) = next(parser)?;
                 if event == Event::SequenceEnd {
                     return Ok(Node::List(items, line));
+                }
+                if items.len() >= MAX_KEYS {
+                    return Err((span.start.line(), format!("more than {MAX_KEYS} entries in one list")));
                 }
                 items.push(node(parser, event, span, depth + 1)?);
             }

@@ -40,7 +40,6 @@ pub struct Solver {
     pub(super) waves: Vec<Wave>,
     /// Media whose two faces add powers, as used: see [`Solver::prepare`].
     pub(super) slabs: Vec<usize>,
-    along_squared: f64,
     pub(super) has_gain: bool,
     /// Net flux at every interface of the last traced march, and by which logarithm its scale grew in the layer before.
     pub(super) trace: Vec<(f64, f64)>,
@@ -84,7 +83,6 @@ impl Solver {
         debug_assert!(indices.len() == thickness_nm.len() + 2 && coherent.len() == thickness_nm.len());
         let n_first = indices[0].re;
         let last = indices.len() - 1;
-        self.along_squared = incidence.along_squared(n_first);
         self.has_gain = false;
         self.n.clear();
         self.n_squared.clear();
@@ -203,16 +201,6 @@ impl Solver {
         }
     }
 
-    /// `Re q` without cancellation: for p, `Re(kz / n^2) = Re kz (|kz|^2 + s^2) / |n|^4` with `s` the wavenumber along
-    /// the layers. The plain quotient loses the power that passes total reflection into a medium of k = 3e-8.
-    fn re_q(&self, medium: usize, polarization: Polarization) -> f64 {
-        let kz = self.kz[medium];
-        match polarization {
-            Polarization::P => kz.re * (kz.norm_sqr() + self.along_squared) / self.n_squared[medium].norm_sqr(),
-            _ => kz.re,
-        }
-    }
-
     /// Light through the layers between the media `top` and `bottom`, from above or from below; `at_interface` sees
     /// the flux at every interface, from the dark side to the lit one, and by which logarithm its scale grew in the layer.
     #[inline]
@@ -226,9 +214,11 @@ impl Solver {
     ) -> Result<Light, OpticsError> {
         let one = Complex64::new(1.0, 0.0);
         let (lit, dark) = if from_below { (bottom, top) } else { (top, bottom) };
-        let mut field = Field::leaving(self.q(dark, polarization));
+        // Re(kz/n^2) for p, not Re(n conj(cos)): the same number, and exactly 0 beyond a critical angle.
+        let leaving_q = self.q(dark, polarization);
+        let mut field = Field::leaving(leaving_q);
         let mut log = 0.0_f64;
-        at_interface(self.re_q(dark, polarization), 0.0);
+        at_interface(leaving_q.re, 0.0);
         for step in 1..bottom - top {
             let medium = if from_below { top + step } else { bottom - step };
             let weight = if polarization == Polarization::P { self.n_squared[medium] } else { one };
@@ -244,13 +234,11 @@ impl Solver {
         }
         let unit = 2.0 * q / sum;
         let norm = unit.norm_sqr();
-        // In two halves: exp(-log) alone could underflow where t does not.
-        let half = (-0.5 * log).exp();
         Ok(Light {
             r: (incident - field.h) / sum,
-            t: unit * half * half,
-            incident_q: self.re_q(lit, polarization),
-            leaving_q: self.re_q(dark, polarization),
+            t: unit * (-log).exp(),
+            incident_q: q.re,
+            leaving_q: leaving_q.re,
             entering: field.flux() * norm,
             norm,
         })

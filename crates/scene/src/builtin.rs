@@ -1,0 +1,28 @@
+//! The scenes that come with the program.
+
+use crate::error::SceneError;
+use crate::model::{Origin, Scene};
+use crate::reader::suggestion;
+use crate::tree::Node;
+
+const SCENES: [(&str, &str); 1] = [("soap-bubble", include_str!("../scenes/soap-bubble.toml"))];
+
+/// Names of the built-in scenes.
+pub fn builtin_names() -> impl Iterator<Item = &'static str> {
+    SCENES.iter().map(|(name, _)| *name)
+}
+
+/// The text of a built-in scene, to start one's own from.
+pub fn builtin_text(name: &str) -> Result<&'static str, SceneError> {
+    SCENES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text).ok_or_else(|| {
+        let names: Vec<&str> = builtin_names().collect();
+        SceneError::new(format!("no built-in scene \"{name}\"{}", suggestion(name, &names)))
+    })
+}
+
+impl Scene {
+    /// A built-in scene by name.
+    pub fn builtin(name: &str) -> Result<Scene, SceneError> {
+        Scene::from_node(&Node::from_toml(builtin_text(name)?)?, Origin::default())
+    }
+}

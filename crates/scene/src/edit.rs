@@ -1,0 +1,92 @@
+//! Changing one value of a scene by its dotted path.
+
+use crate::error::SceneError;
+use crate::model::Scene;
+use crate::reader::{join, suggestion};
+use crate::tree::{Node, Value};
+
+/// Keys of which a table takes one: setting one removes the others.
+const ALTERNATIVES: [&[&str]; 4] = [
+    &["fov_deg", "orthographic_height"],
+    &["map", "illuminant", "builtin"],
+    &["film", "coating", "dielectric", "metal", "diffuse", "emitter"],
+    &["sphere", "rectangle", "disk", "plane", "cap", "mesh"],
+];
+
+impl Scene {
+    /// The scene with one value replaced, validated anew.
+    ///
+    /// `path` is dotted; objects are addressed by name or number, lights by number:
+    /// `object.bubble.surface.film.thickness_nm`, `light.0.environment.radiance`, `camera.fov_deg`.
+    pub fn with_value(&self, path: &str, value: Node) -> Result<Scene, SceneError> {
+        let mut tree = self.tree.clone();
+        set(&mut tree, path, value)?;
+        Scene::from_node(&tree, self.origin.clone())
+    }
+}
+
+fn set(tree: &mut Node, path: &str, value: Node) -> Result<(), SceneError> {
+    let keys: Vec<&str> = path.split('.').collect();
+    if keys.iter().any(|key| key.is_empty()) {
+        return Err(SceneError::new(format!(
+            "\"{path}\" is no path into a scene; write for example camera.fov_deg or object.bubble.surface.film.thickness_nm"
+        ))
+        .at(path, None));
+    }
+    let mut node = tree;
+    let mut done = String::new();
+    for (i, key) in keys.iter().enumerate() {
+        let is_last = i + 1 == keys.len();
+        let here = join(&done, key);
+        if !matches!(node.value, Value::Table(_) | Value::List(_)) {
+            // A number where a table is to be: `thickness_nm = 300` becomes `thickness_nm.gradient.top = ..`.
+            node.value = Value::Table(Vec::new());
+        }
+        match &mut node.value {
+            Value::Table(entries) => {
+                if let Some(rivals) = ALTERNATIVES.iter().find(|group| group.contains(key)) {
+                    entries.retain(|(name, _)| name == key || !rivals.contains(&name.as_str()));
+                }
+                let at = match entries.iter().position(|(name, _)| name == key) {
+                    Some(at) => at,
+                    None => {
+                        // A key that is not there yet may still be a valid one: the validator decides.
+                        entries.push(((*key).to_owned(), Value::Table(Vec::new()).into()));
+                        entries.len() - 1
+                    }
+                };
+                node = &mut entries[at].1;
+            }
+            Value::List(items) => {
+                let names: Vec<String> = items.iter().filter_map(item_name).collect();
+                let at = match names.iter().position(|name| name == key) {
+                    Some(at) => at,
+                    None => key.parse::<usize>().ok().filter(|at| *at < items.len()).ok_or_else(|| {
+                        let known: Vec<&str> = names.iter().map(String::as_str).collect();
+                        let hint = if known.is_empty() {
+                            format!("; numbers from 0 to {}", items.len().saturating_sub(1))
+                        } else {
+                            suggestion(key, &known)
+                        };
+                        SceneError::new(format!("{done} has no entry \"{key}\"{hint}")).at(&here, None)
+                    })?,
+                };
+                node = &mut items[at];
+            }
+            _ => unreachable!("made a table above"),
+        }
+        if is_last {
+            *node = value;
+            return Ok(());
+        }
+        done = here;
+    }
+    Ok(())
+}
+
+fn item_name(item: &Node) -> Option<String> {
+    match &item.get("name")?.value {
+        Value::Text(name) => Some(name.clone()),
+        _ => None,
+    }
+}

@@ -1,0 +1,54 @@
+//! The one error type of this crate.
+
+use std::path::{Path, PathBuf};
+
+/// Why a scene cannot be used, and where.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneError {
+    /// What was wrong, what was given, what is allowed.
+    pub message: String,
+    /// The file it stands in; `None` for a scene that is no file.
+    pub file: Option<PathBuf>,
+    /// The line, counted from 1.
+    pub line: Option<usize>,
+    /// The key, dotted: `camera.fov_deg`, `object.bubble.shape`.
+    pub key: Option<String>,
+    /// Whether the scene is sound but too large for any machine.
+    pub is_resource: bool,
+}
+
+impl SceneError {
+    /// A complaint that is not yet tied to a place.
+    pub fn new(message: impl Into<String>) -> SceneError {
+        SceneError { message: message.into(), file: None, line: None, key: None, is_resource: false }
+    }
+
+    /// The same, at a key and line.
+    pub fn at(mut self, key: impl Into<String>, line: Option<usize>) -> SceneError {
+        self.key = Some(key.into());
+        self.line = line;
+        self
+    }
+
+    /// The same, in a file.
+    pub fn in_file(mut self, file: Option<&Path>) -> SceneError {
+        self.file = file.map(Path::to_path_buf);
+        self
+    }
+}
+
+impl std::fmt::Display for SceneError {
+    /// `scenes/bubble.toml:11: message`.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if let Some(file) = &self.file {
+            write!(f, "{}:", file.display())?;
+            if let Some(line) = self.line {
+                write!(f, "{line}:")?;
+            }
+            write!(f, " ")?;
+        }
+        write!(f, "{}", self.message)
+    }
+}
+
+impl std::error::Error for SceneError {}

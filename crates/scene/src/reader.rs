@@ -1,0 +1,191 @@
+//! Reading values out of the tree with errors that say where: every reader of a table names the keys it knows.
+
+use crate::error::SceneError;
+use crate::tree::{Node, Value};
+
+/// A table of the scene that is being read, with its dotted path.
+pub struct Table<'a> {
+    path: String,
+    entries: &'a [(String, Node)],
+    line: Option<usize>,
+}
+
+/// `a`, `b` and `c`.
+pub fn listed(names: &[&str]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [init @ .., last] => format!("{} and {last}", init.join(", ")),
+    }
+}
+
+/// `; did you mean "x"?` where a known name is near, else a list of all.
+pub fn suggestion(given: &str, known: &[&str]) -> String {
+    let near = known
+        .iter()
+        .map(|name| (strsim::damerau_levenshtein(given, name), name))
+        .filter(|(distance, name)| {
+            *distance <= 1 + name.len().max(given.len()) / 3 || (given.len() >= 3 && name.starts_with(given))
+        })
+        .min();
+    match near {
+        Some((_, name)) => format!("; did you mean \"{name}\"?"),
+        None => format!("; known here: {}", listed(known)),
+    }
+}
+
+impl<'a> Table<'a> {
+    /// The table at `path`, whose keys must be among `known`. Keys in `later` exist in the scene language but not in
+    /// this version.
+    pub fn new(
+        node: &'a Node,
+        path: impl Into<String>,
+        known: &[&str],
+        later: &[&str],
+    ) -> Result<Table<'a>, SceneError> {
+        let path = path.into();
+        let Value::Table(entries) = &node.value else {
+            let name = if path.is_empty() { "a scene" } else { path.as_str() };
+            return Err(SceneError::new(format!(
+                "{name} must be a table with the keys {}, got {}",
+                listed(known),
+                node.describe()
+            ))
+            .at(&path, node.line));
+        };
+        for (key, value) in entries {
+            if known.contains(&key.as_str()) {
+                continue;
+            }
+            let inside = if path.is_empty() { String::new() } else { format!(" in {path}") };
+            let message = if later.contains(&key.as_str()) {
+                format!("\"{key}\"{inside} is not available in this version; available: {}", listed(known))
+            } else {
+                format!("unknown key \"{key}\"{inside}{}", suggestion(key, known))
+            };
+            return Err(SceneError::new(message).at(join(&path, key), value.line));
+        }
+        Ok(Table { path, entries, line: node.line })
+    }
+
+    /// The dotted path of one of its keys.
+    pub fn path(&self, key: &str) -> String {
+        join(&self.path, key)
+    }
+
+    /// A value, if it is there.
+    pub fn get(&self, key: &str) -> Option<&'a Node> {
+        self.entries.iter().find(|(k, _)| k == key).map(|(_, v)| v)
+    }
+
+    /// A value that must be there.
+    pub fn need(&self, key: &str) -> Result<&'a Node, SceneError> {
+        self.get(key).ok_or_else(|| {
+            let place = if self.path.is_empty() { "the scene".to_owned() } else { self.path.clone() };
+            SceneError::new(format!("{place} needs the key \"{key}\"")).at(self.path(key), self.line)
+        })
+    }
+
+    /// Exactly one of these keys.
+    pub fn one_of(&self, keys: &[&'static str]) -> Result<(&'static str, &'a Node), SceneError> {
+        let given: Vec<(&'static str, &'a Node)> =
+            keys.iter().filter_map(|key| self.get(key).map(|node| (*key, node))).collect();
+        match given.as_slice() {
+            [one] => Ok(*one),
+            [] => {
+                Err(SceneError::new(format!("{} needs one of {}", self.path, listed(keys))).at(&self.path, self.line))
+            }
+            [(first, _), (second, node), ..] => Err(SceneError::new(format!(
+                "{} takes one of {}, got both {first} and {second}",
+                self.path,
+                listed(keys)
+            ))
+            .at(self.path(second), node.line)),
+        }
+    }
+
+    /// A complaint about one of its keys: `camera.fov_deg must be ..., got 200`.
+    pub fn wrong(&self, key: &str, allowed: &str) -> SceneError {
+        let node = self.get(key);
+        let given = node.map_or("nothing".to_owned(), Node::describe);
+        SceneError::new(format!("{} must be {allowed}, got {given}", self.path(key)))
+            .at(self.path(key), node.and_then(|n| n.line).or(self.line))
+    }
+
+    /// A finite number in a range (which `allowed` puts into words), or its default.
+    pub fn number(
+        &self,
+        key: &str,
+        default: Option<f64>,
+        allowed: &str,
+        check: impl Fn(f64) -> bool,
+    ) -> Result<f64, SceneError> {
+        let Some(node) = self.get(key) else {
+            return default.map_or_else(|| self.need(key).map(|_| f64::NAN), Ok);
+        };
+        match as_number(node) {
+            Some(value) if value.is_finite() && check(value) => Ok(value),
+            _ => Err(self.wrong(key, allowed)),
+        }
+    }
+
+    /// A whole number in a range, or its default.
+    pub fn whole(&self, key: &str, default: u64, from: u64, to: u64) -> Result<u64, SceneError> {
+        let Some(node) = self.get(key) else { return Ok(default) };
+        let value = match node.value {
+            Value::Int(i) => u64::try_from(i).ok(),
+            Value::Float(f) if f.fract() == 0.0 && (0.0..1.8e19).contains(&f) => Some(f as u64),
+            _ => None,
+        };
+        value
+            .filter(|v| (from..=to).contains(v))
+            .ok_or_else(|| self.wrong(key, &format!("a whole number from {from} to {to}")))
+    }
+
+    /// Three finite numbers, or their default.
+    pub fn triple(&self, key: &str, default: Option<[f64; 3]>) -> Result<[f64; 3], SceneError> {
+        let Some(node) = self.get(key) else {
+            return default.map_or_else(|| self.need(key).map(|_| [f64::NAN; 3]), Ok);
+        };
+        let numbers: Option<Vec<f64>> = match &node.value {
+            Value::List(items) if items.len() == 3 => items.iter().map(as_number).collect(),
+            _ => None,
+        };
+        match numbers.as_deref() {
+            Some(&[x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => Ok([x, y, z]),
+            _ => Err(self.wrong(key, "three finite numbers")),
+        }
+    }
+
+    /// A text, if it is there.
+    pub fn text(&self, key: &str) -> Result<Option<&'a str>, SceneError> {
+        match self.get(key).map(|node| &node.value) {
+            None => Ok(None),
+            Some(Value::Text(text)) => Ok(Some(text)),
+            Some(_) => Err(self.wrong(key, "a text")),
+        }
+    }
+
+    /// A list of tables with at least one entry.
+    pub fn list(&self, key: &str) -> Result<&'a [Node], SceneError> {
+        match &self.need(key)?.value {
+            Value::List(items) if !items.is_empty() => Ok(items),
+            Value::List(_) => Err(self.wrong(key, "at least one table")),
+            _ => Err(self.wrong(key, &format!("a list of tables (write [[{key}]])"))),
+        }
+    }
+}
+
+/// `a.b`, or `b` at the root.
+pub fn join(path: &str, key: &str) -> String {
+    if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
+}
+
+/// A number of either kind.
+pub fn as_number(node: &Node) -> Option<f64> {
+    match node.value {
+        Value::Int(i) => Some(i as f64),
+        Value::Float(f) => Some(f),
+        _ => None,
+    }
+}

@@ -1,0 +1,58 @@
+"""Stacks as one line of text: ``air / MgF2 100 / N-BK7 1e6 incoherent / air``."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+EXAMPLE = '"air / soap 320 / air"'
+
+
+class Item(NamedTuple):
+    """One item: a medium, and for a layer its thickness; ``where`` names it in errors."""
+
+    where: str
+    medium: str | complex
+    thickness_nm: float
+    coherent: bool
+
+
+def parse_items(text: object) -> list[Item]:
+    """The items of a stack; the first and the last have no thickness (it reads 0)."""
+    if not isinstance(text, str):
+        raise ValueError(f"a stack as text looks like {EXAMPLE}, got {text!r}")
+    words = [item.split() for item in re.split(r"(?<!\S)/(?!\S)", text)]
+    if len(words) < 2:
+        raise ValueError(f'a stack needs two or more items separated by " / ", as in {EXAMPLE}, got {text!r}')
+    return [_parse_item(item, number, is_end=number in (1, len(words))) for number, item in enumerate(words, start=1)]
+
+
+def _parse_item(words: list[str], number: int, is_end: bool) -> Item:
+    if not words:
+        raise ValueError(f"item {number} of the stack is empty; it should look like {EXAMPLE}")
+    where = f"item {number} of the stack, {' '.join(words)!r}"
+    medium = _parse_medium(words[0], where)
+    if is_end:
+        if len(words) > 1:
+            raise ValueError(f"{where}: the first and the last item are a medium without thickness")
+        return Item(where, medium, 0.0, True)
+    if len(words) < 2:
+        raise ValueError(f'{where}: a layer needs its thickness in nm, as in "{words[0]} 320"')
+    if words[2:] not in ([], ["incoherent"]):
+        raise ValueError(f'{where}: after the thickness only "incoherent" may follow, got {" ".join(words[2:])!r}')
+    try:
+        thickness_nm = float(words[1])
+    except ValueError:
+        raise ValueError(f"{where}: the thickness in nm must be a number, got {words[1]!r}") from None
+    return Item(where, medium, thickness_nm, len(words) == 2)
+
+
+def _parse_medium(word: str, where: str) -> str | complex:
+    """A name, or an index where the word begins like a number."""
+    if not re.match(r"[-+.\d]", word):
+        return word
+    try:
+        index = complex(word)
+    except ValueError:
+        raise ValueError(f"{where}: an index is written n or n+kj, got {word!r}") from None
+    return index if index.imag else index.real
