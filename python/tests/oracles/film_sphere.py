@@ -146,8 +146,8 @@ def picture(
 ) -> NDArray[np.float64]:
     """(height, width, 3) XYZ, each pixel averaged over its square.
 
-    ``points`` x ``points`` Gauss-Legendre places where the pixel is away from the limb, 4 x 4 within two pixels of it.
-    A pixel that the limb crosses is cut along it: radiance there goes with the square root of the distance from the limb.
+    ``points`` x ``points`` Gauss-Legendre places away from the limb, 4 x 4 within two pixels of it.
+    A pixel that the limb crosses is cut along it: radiance there goes with the square root of the distance to it.
     """
     width, height = camera["resolution"]
     row, column = (a.ravel() for a in np.mgrid[0:height, 0:width])
