@@ -22,12 +22,12 @@ use num_complex::Complex64;
 use crate::lanes::{Lanes, blocks, polynomial};
 
 /// sin(pi x) = x P(x^2) on [-1/2, 1/2]; minimax of P, error 1.4e-8.
-const SIN_PI: [f32; 5] = [3.141_592_6, -5.167_710_1, 2.550_077_7, -0.598_292_15, 0.077_659_41];
+const SIN_PI: [f32; 5] = [3.141_592_5, -5.167_710_3, 2.550_077_7, -0.598_292_2, 0.077_659_41];
 /// cos(pi x) = P(x^2) on [-1/2, 1/2]; minimax, error 2.2e-10 before rounding.
-const COS_PI: [f32; 6] = [1.0, -4.934_802_1, 4.058_709_2, -1.335_212_1, 0.234_937_56, -0.024_396_72];
+const COS_PI: [f32; 6] = [1.0, -4.934_802, 4.058_709, -1.335_212_1, 0.234_937_56, -0.024_396_72];
 /// 2^x on [-1/2, 1/2]; Chebyshev fit, error 2.6e-9.
 const EXP2: [f32; 7] =
-    [1.0, 0.693_147_2, 0.240_226_51, 0.055_503_272, 0.009_618_026, 0.001_340_043_2, 0.000_154_697_32];
+    [1.0, std::f32::consts::LN_2, 0.240_226_5, 0.055_503_27, 0.009_618_026, 0.001_340_043_1, 0.000_154_697_32];
 /// cos(theta) is kept above this: at 90 degrees every ratio below would be 0/0, and closer than this the product of
 /// two denominators, down to (2 cos^2)^4 without contrast, would leave the range of f32. R there is 1 to 1e-7.
 const SMALLEST_COS: f32 = 1e-4;

@@ -217,10 +217,8 @@ impl<'a> Tracer<'a> {
         }
         let rgb = self.scene.lights.map_rgb(simd, &self.bare.directions);
         let mut sum = [0.0_f64; 3];
-        for ray in 0..self.bare.count {
-            for c in 0..3 {
-                sum[c] += f64::from(rgb[c][ray]);
-            }
+        for (sum, lanes) in sum.iter_mut().zip(&rgb) {
+            *sum = lanes[..self.bare.count].iter().map(|&v| f64::from(v)).sum();
         }
         for (total, part) in self.xyz.iter_mut().zip(self.scene.lights.xyz(sum)) {
             *total += part;

@@ -115,8 +115,8 @@ fn draw_row<S: Simd>(
         }
         let sum = tracer.take_xyz(simd);
         let column = x as usize;
-        for c in 0..3 {
-            row.xyz[3 * column + c] = (sum[c] / f64::from(scene.samples)) as f32;
+        for (out, sum) in row.xyz[3 * column..3 * column + 3].iter_mut().zip(sum) {
+            *out = (sum / f64::from(scene.samples)) as f32;
         }
         // The other planes hold what the ray through the pixel's centre meets first: a mean of depths is no depth.
         let centre = scene.camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);

@@ -3,7 +3,7 @@
 use crate::error::SceneError;
 use crate::model::{Origin, Scene};
 use crate::reader::suggestion;
-use crate::tree::Node;
+use crate::tree::quoted;
 
 const SCENES: [(&str, &str); 1] = [("soap-bubble", include_str!("../scenes/soap-bubble.toml"))];
 
@@ -16,13 +16,13 @@ pub fn builtin_names() -> impl Iterator<Item = &'static str> {
 pub fn builtin_text(name: &str) -> Result<&'static str, SceneError> {
     SCENES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text).ok_or_else(|| {
         let names: Vec<&str> = builtin_names().collect();
-        SceneError::new(format!("no built-in scene \"{name}\"{}", suggestion(name, &names)))
+        SceneError::new(format!("no built-in scene {}{}", quoted(name), suggestion(name, &names)))
     })
 }
 
 impl Scene {
     /// A built-in scene by name.
     pub fn builtin(name: &str) -> Result<Scene, SceneError> {
-        Scene::from_node(&Node::from_toml(builtin_text(name)?)?, Origin::default())
+        Scene::from_toml(builtin_text(name)?, Origin::default())
     }
 }

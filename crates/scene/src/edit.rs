@@ -3,7 +3,7 @@
 use crate::error::SceneError;
 use crate::model::Scene;
 use crate::reader::{join, suggestion};
-use crate::tree::{Node, Value};
+use crate::tree::{Node, Value, quoted};
 
 /// Keys of which a table takes one: setting one removes the others.
 const ALTERNATIVES: [&[&str]; 4] = [
@@ -17,11 +17,12 @@ impl Scene {
     /// The scene with one value replaced, validated anew.
     ///
     /// `path` is dotted; objects are addressed by name or number, lights by number:
-    /// `object.bubble.surface.film.thickness_nm`, `light.0.environment.radiance`, `camera.fov_deg`.
+    /// `object.bubble.surface.film.thickness_nm`, `light.0.environment.radiance`, `camera.fov_deg`. Where a table takes
+    /// one of several keys, setting one removes the others. Maps are not read again.
     pub fn with_value(&self, path: &str, value: Node) -> Result<Scene, SceneError> {
         let mut tree = self.tree.clone();
-        set(&mut tree, path, value)?;
-        Scene::from_node(&tree, self.origin.clone())
+        set(&mut tree, path, value).map_err(|e| e.in_file(self.origin.file.as_deref()))?;
+        Scene::from_node_with(&tree, self.origin.clone(), self.maps.clone())
     }
 }
 
@@ -29,7 +30,8 @@ fn set(tree: &mut Node, path: &str, value: Node) -> Result<(), SceneError> {
     let keys: Vec<&str> = path.split('.').collect();
     if keys.iter().any(|key| key.is_empty()) {
         return Err(SceneError::new(format!(
-            "\"{path}\" is no path into a scene; write for example camera.fov_deg or object.bubble.surface.film.thickness_nm"
+            "{} is no path into a scene; write for example camera.fov_deg or object.bubble.surface.film.thickness_nm",
+            quoted(path)
         ))
         .at(path, None));
     }
@@ -68,7 +70,7 @@ fn set(tree: &mut Node, path: &str, value: Node) -> Result<(), SceneError> {
                         } else {
                             suggestion(key, &known)
                         };
-                        SceneError::new(format!("{done} has no entry \"{key}\"{hint}")).at(&here, None)
+                        SceneError::new(format!("{done} has no entry {}{hint}", quoted(key))).at(&here, None)
                     })?,
                 };
                 node = &mut items[at];

@@ -1,45 +1,105 @@
 //! Files that a scene names: found beside it, read whole, refused with a reason.
 
-use std::path::{Path, PathBuf};
+use std::io::Read;
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use exr::prelude::{ReadChannels, ReadLayers};
-
 use crate::error::SceneError;
+use crate::map::decode;
 use crate::model::{EnvironmentMap, Origin};
+use crate::tree::quoted;
 
-/// Largest map: 2^28 texels are 3 GiB of floats.
-const MAX_TEXELS: u64 = 1 << 28;
+/// Largest radiance, as a factor and in a map: their product, summed over any number of samples and wavelengths, stays
+/// within the range of the renderer's single precision (1e38).
+pub const MAX_RADIANCE: f64 = 1e12;
+/// Largest file of a map: the largest map in single precision, and then some.
+const MAX_MAP_BYTES: u64 = 4 << 30;
+
+/// The maps that a scene has read, so that changing one of its values does not read them again.
+#[derive(Debug, Clone, Default)]
+pub struct Maps(Vec<(PathBuf, Arc<EnvironmentMap>)>);
+
+impl Maps {
+    /// The map in the file at `path`, which the scene calls `name`.
+    pub fn read(&mut self, path: &Path, name: &str) -> Result<Arc<EnvironmentMap>, SceneError> {
+        if let Some((_, map)) = self.0.iter().find(|(known, _)| known == path) {
+            return Ok(map.clone());
+        }
+        let wrong =
+            |why: String| SceneError::new(format!("{} cannot be used as an environment map: {why}", quoted(name)));
+        let map = Arc::new(decode(&read_whole(path, MAX_MAP_BYTES).map_err(wrong)?).map_err(wrong)?);
+        self.0.push((path.to_path_buf(), map.clone()));
+        Ok(map)
+    }
+}
 
 impl Origin {
     /// The file that a scene means by `name`: relative to the scene's folder, inside it unless the user allowed more.
     pub fn resolve(&self, name: &str) -> Result<PathBuf, SceneError> {
-        let folder = match &self.folder {
-            Some(folder) => folder.clone(),
-            None => PathBuf::from("."),
+        let wrong = |e: &std::io::Error| SceneError::new(format!("cannot open {}: {}", quoted(name), reason(e)));
+        let folder = self.folder.clone().unwrap_or_else(|| PathBuf::from("."));
+        let root = std::fs::canonicalize(&folder).map_err(|e| wrong(&e))?;
+        let outside = || {
+            SceneError::new(format!(
+                "{} lies outside the scene's folder; a scene may name only files in its own folder or below, unless you \
+                 allow it (allow_outside=True)",
+                quoted(name)
+            ))
         };
-        let path = folder.join(name);
-        let found = std::fs::canonicalize(&path)
-            .map_err(|e| SceneError::new(format!("cannot open \"{}\": {}", path.display(), reason(&e))))?;
-        if !self.allow_outside {
-            let root = std::fs::canonicalize(&folder)
-                .map_err(|e| SceneError::new(format!("cannot open \"{}\": {}", folder.display(), reason(&e))))?;
-            if !found.starts_with(&root) {
-                return Err(SceneError::new(format!(
-                    "\"{name}\" lies outside the scene's folder; a scene may name only files in its own folder or below, \
-                     unless you allow it (allow_outside=True, --allow-outside)"
-                )));
-            }
+        // By its letters first: whether a file outside exists is nobody's business.
+        if !self.allow_outside && leaves(Path::new(name), &[&root, &folder]) {
+            return Err(outside());
         }
-        if found.is_dir() {
-            return Err(SceneError::new(format!("\"{name}\" is a folder, not a file")));
+        let found = std::fs::canonicalize(folder.join(name)).map_err(|e| wrong(&e))?;
+        // Then with every link followed.
+        if !self.allow_outside && !found.starts_with(&root) {
+            return Err(outside());
         }
-        Ok(path)
+        Ok(found)
     }
 }
 
+/// Whether a path leads out of the folder it starts from, links not followed. An absolute path is inside where it
+/// starts with one of `roots`.
+fn leaves(path: &Path, roots: &[&Path]) -> bool {
+    let inside = match roots.iter().find_map(|root| path.strip_prefix(root).ok()) {
+        Some(inside) => inside,
+        None if path.is_absolute() => return true,
+        None => path,
+    };
+    let mut depth = 0_i64;
+    inside.components().any(|part| {
+        depth += match part {
+            Component::Normal(_) => 1,
+            Component::CurDir => 0,
+            Component::ParentDir => -1,
+            Component::RootDir | Component::Prefix(_) => i64::MIN / 2,
+        };
+        depth < 0
+    })
+}
+
+/// The bytes of an ordinary file of at most `limit` bytes, or why there are none.
+pub fn read_whole(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
+    // Asked before opening: a named pipe would wait for ever, a device may have no end.
+    let metadata = std::fs::metadata(path).map_err(|e| reason(&e))?;
+    if metadata.is_dir() {
+        return Err("it is a folder".into());
+    }
+    if !metadata.is_file() {
+        return Err("it is no ordinary file".into());
+    }
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(|e| reason(&e))?;
+    file.take(limit + 1).read_to_end(&mut bytes).map_err(|e| reason(&e))?;
+    if bytes.len() as u64 > limit {
+        return Err(format!("it has more than {limit} bytes"));
+    }
+    Ok(bytes)
+}
+
 /// The system's reason without its error number.
-pub fn reason(error: &std::io::Error) -> String {
+fn reason(error: &std::io::Error) -> String {
     match error.kind() {
         std::io::ErrorKind::NotFound => "there is no such file".into(),
         std::io::ErrorKind::PermissionDenied => "permission denied".into(),
@@ -48,93 +108,4 @@ pub fn reason(error: &std::io::Error) -> String {
             text.split(" (os error").next().unwrap_or(&text).to_lowercase()
         }
     }
-}
-
-/// Reads an environment map: OpenEXR (R, G, B or Y; half, float or integer) or Radiance HDR, told apart by content.
-pub fn read_map(path: &Path) -> Result<Arc<EnvironmentMap>, SceneError> {
-    let name = path.display();
-    let bytes = std::fs::read(path).map_err(|e| SceneError::new(format!("cannot read \"{name}\": {}", reason(&e))))?;
-    let map = if bytes.starts_with(&[0x76, 0x2F, 0x31, 0x01]) {
-        read_exr(&bytes)
-    } else if bytes.starts_with(b"#?") {
-        read_hdr(&bytes)
-    } else {
-        Err("it is neither OpenEXR nor Radiance HDR".to_owned())
-    }
-    .map_err(|e| SceneError::new(format!("\"{name}\" cannot be used as an environment map: {e}")))?;
-    if let Some(at) = map.rgb.iter().position(|v| !v.is_finite()) {
-        let (texel, channel) = (at / 3, ["red", "green", "blue"][at % 3]);
-        return Err(SceneError::new(format!(
-            "\"{name}\" holds {} in {channel} at column {}, row {}; every value must be finite",
-            map.rgb[at],
-            texel % map.width,
-            texel / map.width
-        )));
-    }
-    Ok(Arc::new(map))
-}
-
-fn check_texels(width: usize, height: usize) -> Result<(), String> {
-    if width == 0 || height == 0 {
-        return Err("it has no pixels".into());
-    }
-    if width as u64 * height as u64 > MAX_TEXELS {
-        return Err(format!("it has {width} x {height} pixels, more than {MAX_TEXELS}"));
-    }
-    Ok(())
-}
-
-fn read_exr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
-    // The header first: a damaged size must not reserve memory.
-    let meta = exr::meta::MetaData::read_from_buffered(std::io::Cursor::new(bytes), false).map_err(exr_reason)?;
-    for header in &meta.headers {
-        check_texels(header.layer_size.x(), header.layer_size.y())?;
-    }
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(std::io::Cursor::new(bytes))
-        .map_err(exr_reason)?;
-    let layer = image.layer_data;
-    let (width, height) = (layer.size.x(), layer.size.y());
-    let channels = &layer.channel_data.list;
-    let find = |wanted: &str| {
-        channels.iter().find(|c| {
-            let name = c.name.to_string();
-            name.eq_ignore_ascii_case(wanted)
-                || name.rsplit('.').next().is_some_and(|last| last.eq_ignore_ascii_case(wanted))
-        })
-    };
-    let planes = match (find("R"), find("G"), find("B"), find("Y")) {
-        (Some(r), Some(g), Some(b), _) => [r, g, b],
-        (_, _, _, Some(y)) => [y, y, y],
-        _ => {
-            let names: Vec<String> = channels.iter().map(|c| c.name.to_string()).collect();
-            return Err(format!("it has the channels {}; R, G and B or Y are needed", names.join(", ")));
-        }
-    };
-    let planes = planes.map(|c| c.sample_data.values_as_f32().collect::<Vec<f32>>());
-    let mut rgb = Vec::with_capacity(3 * width * height);
-    for i in 0..width * height {
-        rgb.extend(planes.iter().map(|plane| plane[i]));
-    }
-    Ok(EnvironmentMap { width, height, rgb })
-}
-
-fn exr_reason(error: exr::error::Error) -> String {
-    format!("damaged or unsupported OpenEXR ({error})")
-}
-
-fn read_hdr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
-    use image::ImageDecoder as _;
-    let wrong = |e: image::ImageError| format!("damaged or unsupported Radiance HDR ({e})");
-    let decoder = image::codecs::hdr::HdrDecoder::new(std::io::Cursor::new(bytes)).map_err(wrong)?;
-    let (width, height) = decoder.dimensions();
-    check_texels(width as usize, height as usize)?;
-    let image = image::DynamicImage::from_decoder(decoder).map_err(wrong)?;
-    Ok(EnvironmentMap { width: width as usize, height: height as usize, rgb: image.into_rgb32f().into_raw() })
 }

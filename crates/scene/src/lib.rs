@@ -5,10 +5,15 @@
 //! ```
 
 mod builtin;
+mod defaults;
 mod edit;
 mod error;
 mod files;
+mod lights;
+mod load;
+mod map;
 mod model;
+mod objects;
 mod reader;
 mod studio;
 mod tree;

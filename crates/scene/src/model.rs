@@ -7,6 +7,7 @@ use iridesce_optics::Medium;
 use iridesce_optics::color::Illuminant;
 pub use iridesce_thickness::ThicknessModel;
 
+use crate::files::Maps;
 use crate::tree::Node;
 
 /// What 1.0 means in a scene's coordinates.
@@ -19,6 +20,22 @@ pub enum Unit {
     Cm,
     /// Millimetre.
     Mm,
+}
+
+impl Unit {
+    /// The unit that a scene calls `name`.
+    pub fn named(name: &str) -> Option<Unit> {
+        [Unit::M, Unit::Cm, Unit::Mm].into_iter().find(|unit| unit.name() == name)
+    }
+
+    /// What a scene calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Unit::M => "m",
+            Unit::Cm => "cm",
+            Unit::Mm => "mm",
+        }
+    }
 }
 
 /// A camera; world is right-handed, y up.
@@ -158,6 +175,8 @@ pub struct Scene {
     pub(crate) tree: Node,
     /// Where it came from.
     pub(crate) origin: Origin,
+    /// The maps it has read.
+    pub(crate) maps: Maps,
 }
 
 /// Where a scene came from: what its paths are relative to.

@@ -1,7 +1,11 @@
 //! Reading values out of the tree with errors that say where: every reader of a table names the keys it knows.
 
 use crate::error::SceneError;
-use crate::tree::{Node, Value};
+use crate::tree::{Node, Value, quoted};
+
+/// Largest coordinate, scene units, and one over the smallest length: squares and their products stay within the range
+/// of the renderer's single precision (1e38).
+const MAX_LENGTH: f64 = 1e9;
 
 /// A table of the scene that is being read, with its dotted path.
 pub struct Table<'a> {
@@ -21,15 +25,17 @@ pub fn listed(names: &[&str]) -> String {
 
 /// `; did you mean "x"?` where a known name is near, else a list of all.
 pub fn suggestion(given: &str, known: &[&str]) -> String {
-    let near = known
+    // A name that long is near to none, and the distance costs the product of the lengths.
+    let candidates = if given.len() > 100 { &[] } else { known };
+    // `fov` for `fov_deg`: the unit forgotten.
+    let longer = candidates.iter().find(|name| given.len() >= 3 && name.starts_with(given));
+    let near = candidates
         .iter()
         .map(|name| (strsim::damerau_levenshtein(given, name), name))
-        .filter(|(distance, name)| {
-            *distance <= 1 + name.len().max(given.len()) / 3 || (given.len() >= 3 && name.starts_with(given))
-        })
+        .filter(|(distance, name)| *distance <= 1 + name.len().max(given.len()) / 3)
         .min();
-    match near {
-        Some((_, name)) => format!("; did you mean \"{name}\"?"),
+    match longer.or(near.map(|(_, name)| name)) {
+        Some(name) => format!("; did you mean \"{name}\"?"),
         None => format!("; known here: {}", listed(known)),
     }
 }
@@ -57,11 +63,14 @@ impl<'a> Table<'a> {
             if known.contains(&key.as_str()) {
                 continue;
             }
-            let inside = if path.is_empty() { String::new() } else { format!(" in {path}") };
+            let inside = match place(&path, value.line) {
+                "" => String::new(),
+                place => format!(" in {place}"),
+            };
             let message = if later.contains(&key.as_str()) {
-                format!("\"{key}\"{inside} is not available in this version; available: {}", listed(known))
+                format!("{}{inside} is not available in this version; available: {}", quoted(key), listed(known))
             } else {
-                format!("unknown key \"{key}\"{inside}{}", suggestion(key, known))
+                format!("unknown key {}{inside}{}", quoted(key), suggestion(key, known))
             };
             return Err(SceneError::new(message).at(join(&path, key), value.line));
         }
@@ -93,7 +102,9 @@ impl<'a> Table<'a> {
         match given.as_slice() {
             [one] => Ok(*one),
             [] => {
-                Err(SceneError::new(format!("{} needs one of {}", self.path, listed(keys))).at(&self.path, self.line))
+                let needs =
+                    if let [only] = keys { format!("the key \"{only}\"") } else { format!("one of {}", listed(keys)) };
+                Err(SceneError::new(format!("{} needs {needs}", self.path)).at(&self.path, self.line))
             }
             [(first, _), (second, node), ..] => Err(SceneError::new(format!(
                 "{} takes one of {}, got both {first} and {second}",
@@ -116,17 +127,24 @@ impl<'a> Table<'a> {
     pub fn number(
         &self,
         key: &str,
-        default: Option<f64>,
+        default: f64,
         allowed: &str,
         check: impl Fn(f64) -> bool,
     ) -> Result<f64, SceneError> {
-        let Some(node) = self.get(key) else {
-            return default.map_or_else(|| self.need(key).map(|_| f64::NAN), Ok);
-        };
-        match as_number(node) {
+        if self.get(key).is_some() { self.needed_number(key, allowed, check) } else { Ok(default) }
+    }
+
+    /// A finite number in a range that must be there.
+    pub fn needed_number(&self, key: &str, allowed: &str, check: impl Fn(f64) -> bool) -> Result<f64, SceneError> {
+        match as_number(self.need(key)?) {
             Some(value) if value.is_finite() && check(value) => Ok(value),
             _ => Err(self.wrong(key, allowed)),
         }
+    }
+
+    /// A length in scene units that single precision can square, or its default.
+    pub fn length(&self, key: &str, default: f64) -> Result<f64, SceneError> {
+        self.number(key, default, "a length > 0, from 1e-9 to 1e9", |v| (1.0 / MAX_LENGTH..=MAX_LENGTH).contains(&v))
     }
 
     /// A whole number in a range, or its default.
@@ -142,18 +160,16 @@ impl<'a> Table<'a> {
             .ok_or_else(|| self.wrong(key, &format!("a whole number from {from} to {to}")))
     }
 
-    /// Three finite numbers, or their default.
-    pub fn triple(&self, key: &str, default: Option<[f64; 3]>) -> Result<[f64; 3], SceneError> {
-        let Some(node) = self.get(key) else {
-            return default.map_or_else(|| self.need(key).map(|_| [f64::NAN; 3]), Ok);
-        };
+    /// Three coordinates, or their default.
+    pub fn triple(&self, key: &str, default: [f64; 3]) -> Result<[f64; 3], SceneError> {
+        let Some(node) = self.get(key) else { return Ok(default) };
         let numbers: Option<Vec<f64>> = match &node.value {
             Value::List(items) if items.len() == 3 => items.iter().map(as_number).collect(),
             _ => None,
         };
         match numbers.as_deref() {
-            Some(&[x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => Ok([x, y, z]),
-            _ => Err(self.wrong(key, "three finite numbers")),
+            Some(&[x, y, z]) if [x, y, z].iter().all(|v| v.abs() <= MAX_LENGTH) => Ok([x, y, z]),
+            _ => Err(self.wrong(key, "three finite numbers, at most 1e9 either way")),
         }
     }
 
@@ -166,6 +182,12 @@ impl<'a> Table<'a> {
         }
     }
 
+    /// A text that must be there.
+    pub fn needed_text(&self, key: &str) -> Result<&'a str, SceneError> {
+        self.need(key)?;
+        Ok(self.text(key)?.unwrap_or_default())
+    }
+
     /// A list of tables with at least one entry.
     pub fn list(&self, key: &str) -> Result<&'a [Node], SceneError> {
         match &self.need(key)?.value {
@@ -174,6 +196,12 @@ impl<'a> Table<'a> {
             _ => Err(self.wrong(key, &format!("a list of tables (write [[{key}]])"))),
         }
     }
+}
+
+/// Where a key stands, for a message: with a line beside it, the path inside the object says enough.
+fn place(path: &str, line: Option<usize>) -> &str {
+    let inside = path.strip_prefix("object.").and_then(|rest| rest.split_once('.')).map(|(_name, inside)| inside);
+    inside.filter(|_| line.is_some()).unwrap_or(path)
 }
 
 /// `a.b`, or `b` at the root.

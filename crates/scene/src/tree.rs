@@ -29,6 +29,8 @@ pub enum Value {
     List(Vec<Node>),
     /// A table, in the order it was written.
     Table(Vec<(String, Node)>),
+    /// What no scene holds (a date, a null, an object of another language), in words: the validator names the place.
+    Other(String),
 }
 
 impl From<Value> for Node {
@@ -43,7 +45,7 @@ impl Node {
         Value::Table(entries.into_iter().map(|(k, v)| (k.to_owned(), v)).collect()).into()
     }
 
-    /// A number: whole numbers up to 2^53 are written without a point.
+    /// A number.
     pub fn number(value: f64) -> Node {
         Value::Float(value).into()
     }
@@ -58,6 +60,18 @@ impl Node {
         Value::Text(value.into()).into()
     }
 
+    /// The same values without the lines they came from.
+    pub fn without_lines(&self) -> Node {
+        let value = match &self.value {
+            Value::List(items) => Value::List(items.iter().map(Node::without_lines).collect()),
+            Value::Table(entries) => {
+                Value::Table(entries.iter().map(|(k, v)| (k.clone(), v.without_lines())).collect())
+            }
+            plain => plain.clone(),
+        };
+        value.into()
+    }
+
     /// The child of a table.
     pub fn get(&self, key: &str) -> Option<&Node> {
         match &self.value {
@@ -66,25 +80,25 @@ impl Node {
         }
     }
 
-    /// What to call it in a message: `a table`, `the text "abc"`, `3.5`.
+    /// What to call it in a message: `"abc"`, `3.5`, `[1.0, NaN]`, `a table with top and bottom`.
     pub fn describe(&self) -> String {
+        let plain = |node: &Node| !matches!(node.value, Value::List(_) | Value::Table(_));
         match &self.value {
             Value::Bool(b) => b.to_string(),
             Value::Int(i) => i.to_string(),
-            Value::Float(f) => format!("{f}"),
-            Value::Text(t) if t.chars().count() > 60 => format!("\"{}...\"", t.chars().take(57).collect::<String>()),
-            Value::Text(t) => format!("\"{t}\""),
-            Value::List(l)
-                if l.len() <= 4 && !l.iter().any(|item| matches!(item.value, Value::List(_) | Value::Table(_))) =>
-            {
+            Value::Float(f) => format!("{f:?}"),
+            Value::Text(t) => quoted(t),
+            Value::List(l) if l.is_empty() => "an empty list".into(),
+            Value::List(l) if l.len() <= 4 && l.iter().all(plain) => {
                 format!("[{}]", l.iter().map(Node::describe).collect::<Vec<_>>().join(", "))
             }
             Value::List(l) => format!("a list of {}", l.len()),
             Value::Table(t) if t.is_empty() => "an empty table".into(),
             Value::Table(t) => {
-                let keys: Vec<&str> = t.iter().map(|(k, _)| k.as_str()).take(4).collect();
+                let keys: Vec<String> = t.iter().map(|(k, _)| quoted(k)).take(4).collect();
                 format!("a table with {}", keys.join(", "))
             }
+            Value::Other(words) => words.clone(),
         }
     }
 
@@ -110,7 +124,7 @@ impl Node {
         from_json_value(value, 0)
     }
 
-    /// The same tree as JSON; numbers that JSON cannot hold do not occur in a validated scene.
+    /// The same tree as JSON; what JSON cannot hold becomes null, and does not occur in a validated scene.
     pub fn to_json(&self) -> serde_json::Value {
         match &self.value {
             Value::Bool(b) => (*b).into(),
@@ -123,8 +137,22 @@ impl Node {
             Value::Text(t) => t.clone().into(),
             Value::List(l) => l.iter().map(Node::to_json).collect(),
             Value::Table(t) => serde_json::Value::Object(t.iter().map(|(k, v)| (k.clone(), v.to_json())).collect()),
+            Value::Other(_) => serde_json::Value::Null,
         }
     }
+}
+
+/// A user's text in quotes, for a message: what would steer a terminal is escaped, what is long is cut.
+pub fn quoted(text: &str) -> String {
+    match text.char_indices().nth(60) {
+        Some(_) => format!("{:?}...", text.chars().take(57).collect::<String>()),
+        None => format!("{text:?}"),
+    }
+}
+
+/// Whether a text can be the name of anything: then other crates may repeat it in their messages as it is.
+pub fn is_name(text: &str, max_len: usize) -> bool {
+    text.len() <= max_len && !text.chars().any(char::is_control)
 }
 
 /// A deep nesting is refused, not recursed into.
@@ -171,12 +199,12 @@ fn from_toml_value(
         DeValue::Boolean(b) => Value::Bool(*b),
         DeValue::Integer(i) => Value::Int(
             i128::from_str_radix(i.as_str(), i.radix())
-                .map_err(|_| wrong(format!("not a whole number: {}", i.as_str())))?,
+                .map_err(|_| wrong(format!("a whole number beyond 128 bits: {}", quoted(i.as_str()))))?,
         ),
         DeValue::Float(f) => {
-            Value::Float(f.as_str().parse().map_err(|_| wrong(format!("not a number: {}", f.as_str())))?)
+            Value::Float(f.as_str().parse().map_err(|_| wrong(format!("not a number: {}", quoted(f.as_str()))))?)
         }
-        DeValue::Datetime(_) => return Err(wrong("a scene holds no dates".into())),
+        DeValue::Datetime(date) => Value::Other(format!("the date {date}")),
         DeValue::Array(array) => {
             let items: Result<Vec<Node>, SceneError> = array
                 .iter()
@@ -193,7 +221,7 @@ fn from_json_value(value: serde_json::Value, depth: usize) -> Result<Node, Scene
     use serde_json::Value as Json;
     check_depth(depth, None)?;
     let value = match value {
-        Json::Null => return Err(SceneError::new("a scene holds no null; leave the key out to take its default")),
+        Json::Null => Value::Other("null".to_owned()),
         Json::Bool(b) => Value::Bool(b),
         Json::Number(n) => match (n.as_i64(), n.as_u64()) {
             (Some(i), _) => Value::Int(i.into()),

@@ -1,0 +1,275 @@
+//! Environment maps from the bytes of a file: OpenEXR (R, G, B or Y; half, float or integer) or Radiance HDR.
+
+use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, ReadChannels, ReadLayers};
+
+use crate::files::MAX_RADIANCE;
+use crate::model::EnvironmentMap;
+
+/// Most texels: 16384 x 8192, 1.5 GiB of floats.
+const MAX_TEXELS: u64 = 1 << 27;
+/// Most samples in all channels of a file, those not needed included: 4 GiB of floats.
+const MAX_SAMPLES: u64 = 1 << 30;
+
+/// Rec.709 primaries and white, CIE 1931 x, y (ITU-R BT.709-6, table 1).
+const REC709: [[f32; 2]; 4] = [[0.640, 0.330], [0.300, 0.600], [0.150, 0.060], [0.3127, 0.3290]];
+/// Largest difference from them that is rounding in a file.
+const CHROMATICITY_SLACK: f32 = 2e-3;
+
+/// Luminance of linear Rec.709 (ITU-R BT.709-6, item 3.2).
+const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
+
+/// The map in a file's bytes, told apart by content; every value is finite and every texel's luminance >= 0.
+pub fn decode(bytes: &[u8]) -> Result<EnvironmentMap, String> {
+    let read = || match bytes {
+        [0x76, 0x2F, 0x31, 0x01, ..] => read_exr(bytes),
+        [b'#', b'?', ..] => read_hdr(bytes),
+        [] => Err("it is empty".to_owned()),
+        _ => Err("it is neither OpenEXR nor Radiance HDR".to_owned()),
+    };
+    // A file made to trip the decoder must not take the program with it.
+    let map = catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| Err("it is damaged".to_owned()))?;
+    check_values(&map)?;
+    Ok(map)
+}
+
+fn check_values(map: &EnvironmentMap) -> Result<(), String> {
+    let place = |texel: usize| format!("at column {}, row {}", texel % map.width, texel / map.width);
+    // Also refuses NaN, which no range contains.
+    if let Some(at) = map.rgb.iter().position(|&v| !(-MAX_RADIANCE..=MAX_RADIANCE).contains(&f64::from(v))) {
+        return Err(format!(
+            "it holds {} in {} {}; every value must be finite and at most 1e12",
+            map.rgb[at],
+            ["red", "green", "blue"][at % 3],
+            place(at / 3)
+        ));
+    }
+    // A single value below 0 is a colour outside Rec.709; light below 0 does not exist.
+    let luminance = |rgb: &[f32]| rgb.iter().zip(LUMINANCE).map(|(value, weight)| value * weight).sum::<f32>();
+    if let Some(texel) = map.rgb.chunks_exact(3).position(|rgb| luminance(rgb) < 0.0) {
+        return Err(format!(
+            "its luminance is {} {}; no light is below 0",
+            luminance(&map.rgb[3 * texel..][..3]),
+            place(texel)
+        ));
+    }
+    Ok(())
+}
+
+fn check_size(width: usize, height: usize, channels: usize) -> Result<(), String> {
+    if width == 0 || height == 0 {
+        return Err("it has no pixels".into());
+    }
+    let texels = (width as u64).saturating_mul(height as u64);
+    if texels > MAX_TEXELS {
+        return Err(format!("it has {width} x {height} pixels; at most {MAX_TEXELS} (16384 x 8192) are read"));
+    }
+    if texels.saturating_mul(channels as u64) > MAX_SAMPLES {
+        return Err(format!(
+            "it has {channels} channels of {width} x {height} pixels; at most {MAX_SAMPLES} values are read"
+        ));
+    }
+    Ok(())
+}
+
+fn read_exr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
+    let damaged = |error: exr::error::Error| format!("damaged or unsupported OpenEXR ({error})");
+    // The header first: a damaged size must not reserve memory.
+    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
+    for header in &meta.headers {
+        check_size(header.layer_size.x(), header.layer_size.y(), header.channels.list.len())?;
+    }
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(damaged)?;
+    if let Some(given) = image.attributes.chromaticities {
+        let given = [given.red, given.green, given.blue, given.white].map(|v| [v.x(), v.y()]);
+        let differs = |(a, b): (&f32, &f32)| (a - b).is_nan() || (a - b).abs() > CHROMATICITY_SLACK;
+        if given.as_flattened().iter().zip(REC709.as_flattened()).any(differs) {
+            return Err(format!(
+                "its colours have other primaries and white ({given:?}) than Rec.709; convert it to linear Rec.709"
+            ));
+        }
+    }
+    let layer = image.layer_data;
+    let (width, height) = (layer.size.x(), layer.size.y());
+    let whole = image.attributes.display_window;
+    if (whole.size, whole.position) != (layer.size, layer.attributes.layer_position) {
+        return Err(format!(
+            "only {width} x {height} of its {} x {} pixels are stored, or others beyond them; save it whole",
+            whole.size.x(),
+            whole.size.y()
+        ));
+    }
+    let planes = rgb_planes(&layer.channel_data)?.map(|channel| channel.sample_data.values_as_f32());
+    let [red, green, blue] = planes;
+    let rgb: Vec<f32> = red.zip(green).zip(blue).flat_map(|((r, g), b)| [r, g, b]).collect();
+    // A subsampled channel has fewer values than the picture has pixels.
+    if rgb.len() != 3 * width * height {
+        return Err("its channels differ in size".into());
+    }
+    Ok(EnvironmentMap { width, height, rgb })
+}
+
+/// The channels R, G, B or thrice Y; plain names before those of the first named layer (`beauty.R`).
+fn rgb_planes(channels: &AnyChannels<FlatSamples>) -> Result<[&AnyChannel<FlatSamples>; 3], String> {
+    let named: Vec<(String, &AnyChannel<FlatSamples>)> =
+        channels.list.iter().map(|channel| (channel.name.to_string(), channel)).collect();
+    let find = |prefix: &str, last: &str| {
+        let wanted = format!("{prefix}{last}");
+        named.iter().find(|(name, _)| name.eq_ignore_ascii_case(&wanted)).map(|(_, channel)| *channel)
+    };
+    let mut prefixes = vec![""];
+    prefixes.extend(named.iter().filter_map(|(name, _)| name.rfind('.').map(|dot| &name[..=dot])));
+    for prefix in &prefixes {
+        if let (Some(r), Some(g), Some(b)) = (find(prefix, "R"), find(prefix, "G"), find(prefix, "B")) {
+            return Ok([r, g, b]);
+        }
+    }
+    // Y beside X and Z, or beside the colour differences RY and BY, is not grey.
+    let is_grey = |prefix: &&&str| ["X", "Z", "RY", "BY"].iter().all(|other| find(prefix, other).is_none());
+    if let Some(y) = prefixes.iter().filter(is_grey).find_map(|prefix| find(prefix, "Y")) {
+        return Ok([y, y, y]);
+    }
+    let names: Vec<&str> = named.iter().map(|(name, _)| name.as_str()).take(12).collect();
+    Err(format!("it has the channels {}; R, G and B, or Y alone are needed", names.join(", ")))
+}
+
+fn read_hdr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
+    use image::ImageDecoder as _;
+    let damaged = |e: image::ImageError| format!("damaged or unsupported Radiance HDR ({e})");
+    let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(bytes)).map_err(damaged)?;
+    let (width, height) = decoder.dimensions();
+    check_size(width as usize, height as usize, 3)?;
+    let image = image::DynamicImage::from_decoder(decoder).map_err(damaged)?;
+    Ok(EnvironmentMap { width: width as usize, height: height as usize, rgb: image.into_rgb32f().into_raw() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use exr::prelude::*;
+
+    /// An OpenEXR file of 4 x 2 single-precision pixels, every value of a channel `value` but the last texel's.
+    fn file(channels: &[(&str, f32, f32)], change: impl Fn(&mut Image<Layer<AnyChannels<FlatSamples>>>)) -> Vec<u8> {
+        let list = channels.iter().map(|&(name, value, last)| {
+            let mut samples = vec![value; 8];
+            samples[7] = last;
+            AnyChannel::new(name, FlatSamples::F32(samples))
+        });
+        let channels = AnyChannels::sort(list.collect());
+        let layer = Layer::new((4, 2), LayerAttributes::default(), Encoding::UNCOMPRESSED, channels);
+        let mut image = Image::from_layer(layer);
+        change(&mut image);
+        let mut bytes = Vec::new();
+        image.write().non_parallel().to_buffered(Cursor::new(&mut bytes)).unwrap();
+        bytes
+    }
+
+    fn plain(channels: &[(&str, f32, f32)]) -> std::result::Result<EnvironmentMap, String> {
+        decode(&file(channels, |_| ()))
+    }
+
+    #[test]
+    fn channels_are_found_by_name_in_any_layout() {
+        let rgb = |r, g, b| -> Vec<f32> { [r, g, b].repeat(8) };
+        let extra = [("A", 9.0, 9.0), ("B", 3.0, 3.0), ("G", 2.0, 2.0), ("R", 1.0, 1.0), ("depth.Z", 8.0, 8.0)];
+        assert_eq!(plain(&extra).unwrap().rgb, rgb(1.0, 2.0, 3.0));
+        let map = plain(&[("b", 3.0, 3.0), ("g", 2.0, 2.0), ("r", 1.0, 4.0)]).unwrap();
+        assert_eq!((map.width, map.height, &map.rgb[21..]), (4, 2, &[4.0, 2.0, 3.0][..]));
+        let layers = [("a.B", 3.0, 3.0), ("a.G", 2.0, 2.0), ("a.R", 1.0, 1.0), ("b.B", 7.0, 7.0), ("b.R", 7.0, 7.0)];
+        assert_eq!(plain(&layers).unwrap().rgb, rgb(1.0, 2.0, 3.0));
+        assert_eq!(plain(&[("Y", 0.5, 0.5)]).unwrap().rgb, rgb(0.5, 0.5, 0.5));
+    }
+
+    #[test]
+    fn what_is_no_linear_rgb_is_refused() {
+        for channels in [
+            &[("X", 1.0, 1.0), ("Y", 1.0, 1.0), ("Z", 1.0, 1.0)][..],
+            &[("BY", 1.0, 1.0), ("RY", 1.0, 1.0), ("Y", 1.0, 1.0)],
+            &[("G", 1.0, 1.0), ("R", 1.0, 1.0)],
+        ] {
+            let error = plain(channels).unwrap_err();
+            assert!(error.contains("R, G and B, or Y alone are needed") && error.contains(channels[0].0), "{error}");
+        }
+        let grey = [("Y", 1.0, 1.0)];
+        let aces = |image: &mut Image<Layer<AnyChannels<FlatSamples>>>| {
+            image.attributes.chromaticities = Some(attribute::Chromaticities {
+                red: Vec2(0.713, 0.293),
+                green: Vec2(0.165, 0.830),
+                blue: Vec2(0.128, 0.044),
+                white: Vec2(0.32168, 0.33767),
+            });
+        };
+        assert!(decode(&file(&grey, aces)).unwrap_err().contains("convert it to linear Rec.709"));
+        let rec709 = |image: &mut Image<Layer<AnyChannels<FlatSamples>>>| {
+            image.attributes.chromaticities = Some(attribute::Chromaticities {
+                red: Vec2(0.64, 0.33),
+                green: Vec2(0.3, 0.6),
+                blue: Vec2(0.15, 0.06),
+                white: Vec2(0.3127, 0.329),
+            });
+        };
+        assert!(decode(&file(&grey, rec709)).is_ok());
+        let crop =
+            |image: &mut Image<Layer<AnyChannels<FlatSamples>>>| image.attributes.display_window.size = Vec2(8, 4);
+        assert!(decode(&file(&grey, crop)).unwrap_err().contains("only 4 x 2 of its 8 x 4 pixels"));
+    }
+
+    #[test]
+    fn values_that_are_no_light_are_refused_with_their_place() {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 2e12] {
+            let error = plain(&[("B", 1.0, 1.0), ("G", 1.0, bad), ("R", 1.0, 1.0)]).unwrap_err();
+            assert!(error.contains(&format!("it holds {bad} in green at column 3, row 1")), "{error}");
+        }
+        let error = plain(&[("B", 1.0, 1.0), ("G", 1.0, -1.0), ("R", 1.0, 1.0)]).unwrap_err();
+        assert!(error.contains("its luminance is -0.43") && error.contains("at column 3, row 1"), "{error}");
+        // A green no screen has: red below 0, and still light.
+        assert!(plain(&[("B", 0.1, 0.1), ("G", 1.0, 1.0), ("R", -0.5, -0.5)]).is_ok());
+    }
+
+    #[test]
+    fn damaged_files_are_refused_not_followed() {
+        let whole = file(&[("B", 1.0, 1.0), ("G", 1.0, 1.0), ("R", 1.0, 1.0)], |_| ());
+        for length in 0..whole.len() {
+            assert!(decode(&whole[..length]).is_err(), "cut at {length} of {}", whole.len());
+        }
+        // Every byte wrong in turn: refused, or a map of finite values; never a panic or a reservation of gigabytes.
+        for at in 0..whole.len() {
+            for value in [0x00, 0x7F, 0xFF] {
+                let mut bytes = whole.clone();
+                bytes[at] = value;
+                if let Ok(map) = decode(&bytes) {
+                    assert!(map.rgb.iter().all(|v| v.is_finite()) && map.rgb.len() == 3 * map.width * map.height);
+                }
+            }
+        }
+    }
+
+    /// A Radiance HDR file: a shared exponent, `mantissa / 256 * 2^(exponent - 128)`.
+    fn hdr(header: &str, texels: &[[u8; 4]]) -> Vec<u8> {
+        [header.as_bytes(), texels.as_flattened()].concat()
+    }
+
+    #[test]
+    fn radiance_hdr_is_read() {
+        let header = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n";
+        let map = decode(&hdr(header, &[[128, 64, 0, 129], [255, 128, 32, 132]])).unwrap();
+        assert_eq!((map.width, map.height), (2, 1));
+        assert_eq!(map.rgb, [1.0, 0.5, 0.0, 15.9375, 8.0, 2.0]);
+        assert!(decode(&hdr(header, &[[128, 64, 0, 129]])).is_err(), "cut short");
+        assert!(decode(&hdr("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 0 +X 2\n", &[])).is_err(), "no rows");
+        let huge = hdr("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1000000 +X 1000000\n", &[]);
+        assert!(decode(&huge).unwrap_err().contains("1000000 x 1000000 pixels"));
+        assert!(decode(b"\x89PNG\r\n").unwrap_err().contains("neither OpenEXR nor Radiance HDR"));
+        assert_eq!(decode(b"").unwrap_err(), "it is empty");
+    }
+}
