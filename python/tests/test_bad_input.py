@@ -200,17 +200,20 @@ def test_bad_indices(bad):
 
 
 def test_empty_arrays():
-    """An array without elements is a slip, not a question: it is refused by name."""
-    for call in (
-        lambda: film().reflectance(np.empty(0)),
-        lambda: film(np.empty((0, 3))).reflectance(550.0),
-        lambda: film(np.empty(0)).color(),
-        lambda: film().color(wavelength_nm=np.empty(0)),
-        lambda: ir.color.spectrum_to_xyz(np.empty(0), np.empty(0)),
-    ):
-        with pytest.raises(ValueError, match=r"empty"):
-            call()
-    with pytest.raises(ValueError, match="medium"):
+    """An array without elements is a mistake upstream: it is named, not answered with another empty array."""
+    with pytest.raises(ValueError, match=r"wavelength_nm.*empty"):
+        film().reflectance(np.empty(0))
+    with pytest.raises(ValueError, match=r"angle_deg.*empty"):
+        film().reflectance(550.0, angle_deg=[])
+    with pytest.raises(ValueError, match=r"thickness_nm.*empty"):
+        film(np.empty((0, 3))).reflectance(550.0)
+    with pytest.raises(ValueError, match=r"thickness_nm.*empty"):
+        film(np.empty(0)).color()
+    with pytest.raises(ValueError, match="wavelength_nm"):
+        film().color(wavelength_nm=np.empty(0))
+    with pytest.raises(ValueError, match=r"wavelength_nm|values"):
+        ir.color.spectrum_to_xyz(np.empty(0), np.empty(0))
+    with pytest.raises(ValueError):  # noqa: PT011  any wording
         ir.Stack([])
 
 
@@ -537,7 +540,7 @@ def test_a_map_outside_the_folder(tmp_path, monkeypatch, iridesce: Run):
         str(outside / "secret.exr"),
         "link.exr",
         "door/secret.exr",
-        "door/../../outside/secret.exr",
+        "door/../outside/secret.exr",
     ):
         with pytest.raises(ir.SceneError, match=r"folder|outside"):
             ir.render(with_map(name))
