@@ -198,8 +198,6 @@ fn from_node<'py>(py: Python<'py>, node: &Node) -> PyResult<Bound<'py, PyAny>> {
             }
             table.into_any()
         }
-        // A validated scene holds none.
-        Value::Other(_) => py.None().into_bound(py),
     })
 }
 
