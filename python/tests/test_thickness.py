@@ -115,7 +115,7 @@ def test_bad_coordinates_are_named_with_their_place():
     model = ir.thickness.gradient(1.0, 2.0)
     with pytest.raises(ValueError, match=r"s must be finite, got nan at index \(1, 0\)"):
         model.at_height([[0.0, 1.0], [math.nan, 1.0]])
-    with pytest.raises(ValueError, match="s must be finite, got inf$"):
+    with pytest.raises(ValueError, match=r"s must be finite, got inf$"):
         model.at_height(math.inf)
     for bad in ("0.5", [None], 1j, [[0.0], [0.0, 1.0]]):
         with pytest.raises(ValueError, match="s must be real numbers"):
