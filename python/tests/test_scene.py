@@ -235,7 +235,7 @@ def test_errors_of_conversions_come_through():
 
 @pytest.mark.parametrize("source", [None, 3, b"soap-bubble", ["soap-bubble"], np.array(1.0), Path, ir.Image])
 def test_what_is_no_scene(source):
-    with pytest.raises(ir.SceneError, match="a scene is a built-in name, a path, a dict or an ir.Scene"):
+    with pytest.raises(ir.SceneError, match=r"a scene is a built-in name, a path, a dict or an ir\.Scene"):
         ir.Scene.load(source)
 
 
