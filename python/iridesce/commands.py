@@ -40,6 +40,9 @@ SceneArgument = Annotated[
 StackArgument = Annotated[str, typer.Argument(help=STACK_HELP, show_default=False)]
 AngleOption = Annotated[float, typer.Option("--angle", help="Degrees from the normal in the first medium, 0 to < 90.")]
 PolarizationOption = Annotated[str, typer.Option("--polarization", help="s, p or unpolarized.")]
+OutsideOption = Annotated[
+    bool, typer.Option("--allow-outside", help="Let the scene name files outside its own folder.")
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Answer in JSON.")]
 
 
@@ -79,13 +82,14 @@ def render(
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Change one value of the scene; may be given many times."),
     ] = None,
+    allow_outside: OutsideOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Draw a scene: writes its picture as .png (to look at) and .exr (all the numbers)."""
     width_height = None if size is None else _size(size)
     stops = _exposure(exposure)
     changes = [_assignment(text) for text in set_ or []]
-    loaded = _load(scene)
+    loaded = _load(scene, allow_outside)
     for key, value in changes:
         loaded = loaded.with_value(key, value)
     paths = output or [Path(_plain_name(scene) + suffix) for suffix in (".png", ".exr")]
@@ -123,9 +127,9 @@ def scenes(as_json: JsonOption = False) -> None:
 
 @app.command()
 @answers_errors
-def check(scene: SceneArgument, as_json: JsonOption = False) -> None:
+def check(scene: SceneArgument, allow_outside: OutsideOption = False, as_json: JsonOption = False) -> None:
     """Validate a scene and print it with all its defaults, as TOML."""
-    tree = _load(scene).to_dict()
+    tree = _load(scene, allow_outside).to_dict()
     if as_json:
         _print_json(tree)
     else:
@@ -354,11 +358,11 @@ def _reading() -> Iterator[None]:
         raise ValueError(f"{error.filename}: {error.strerror}" if error.filename else str(error)) from error
 
 
-def _load(scene: str) -> Scene:
+def _load(scene: str, allow_outside: bool) -> Scene:
     from iridesce.scene import Scene
 
     with _reading():
-        return Scene.load(scene)
+        return Scene.load(scene, allow_outside=allow_outside)
 
 
 def _plain_name(scene: str) -> str:

@@ -183,7 +183,9 @@ fn from_node<'py>(py: Python<'py>, node: &Node) -> PyResult<Bound<'py, PyAny>> {
         Value::Bool(b) => PyBool::new(py, *b).to_owned().into_any(),
         Value::Int(i) => i.into_pyobject(py)?.into_any(),
         Value::Float(f) => f.into_pyobject(py)?.into_any(),
-        Value::Text(t) | Value::Other(t) => t.into_pyobject(py)?.into_any(),
+        Value::Text(t) => t.into_pyobject(py)?.into_any(),
+        // A validated scene holds none.
+        Value::Other(_) => py.None().into_bound(py),
         Value::List(items) => {
             let list = PyList::empty(py);
             for item in items {
@@ -197,7 +199,7 @@ fn from_node<'py>(py: Python<'py>, node: &Node) -> PyResult<Bound<'py, PyAny>> {
                 table.set_item(key, from_node(py, item)?)?;
             }
             table.into_any()
-        }
+        } // A validated scene holds none.
     })
 }
 

@@ -42,7 +42,7 @@ impl Origin {
         let outside = || {
             SceneError::new(format!(
                 "{} lies outside the scene's folder; a scene may name only files in its own folder or below, unless you \
-                 allow it (allow_outside=True)",
+                 allow it (allow_outside=True, --allow-outside)",
                 quoted(name)
             ))
         };

@@ -158,7 +158,7 @@ mod tests {
         assert!(at(-52.0, 30.0) > 5.0 && at(-36.0, 30.0) > 5.0, "two panes");
         assert!(at(-44.0, 30.0) < 1.0, "and the bar between them");
         assert!((2.0..5.0).contains(&at(60.0, 12.0)), "the soft box on the other side");
-        assert!(at(-60.0, -40.0) < 1.0 && at(0.0, 85.0) > 4.0);
+        assert!(at(-60.0, -40.0) < 2.0 && at(0.0, 85.0) > 4.0, "dim floor, bright ceiling");
     }
 
     #[test]
