@@ -25,7 +25,8 @@ from .spectra import Light
 
 Environment = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 CHUNK = 1024  # rays worked on at a time: 1024 rays x 471 wavelengths x 2 polarisations stay near the cache
-STEP = 1e-12  # what is still under way below this share of the light is left out
+EXACT = 1e-12  # what is still under way below this share of the light is left out
+PICTURE = 1e-3  # the same for a picture; a lossless remainder is then given the light of where it is going
 
 
 @dataclass(frozen=True)
@@ -49,11 +50,10 @@ class FilmSphere:
         return self.index(wavelength_nm) if callable(self.index) else self.index
 
     def powers(
-        self, y: NDArray[np.float64], cosine: NDArray[np.float64], wavelength_nm: NDArray[np.float64]
+        self, y: NDArray[np.float64], cosine: NDArray[np.float64], wavelength_nm: NDArray[np.float64], index: Any
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """R and T, each (2, rays, n), for hits at heights ``y`` (rays,) and ``wavelength_nm`` (n,)."""
+        """R and T, each (2, rays, n), for hits at heights ``y`` (rays,) and ``index`` at ``wavelength_nm`` (n,)."""
         arguments = (self.thickness_nm(y)[:, None], cosine[:, None], wavelength_nm)
-        index = self.index_at(wavelength_nm)
         if np.iscomplexobj(index):
             a = film_amplitudes(index, *arguments)
             return np.abs(np.stack([a.r_s, a.r_p])) ** 2, np.abs(np.stack([a.t_s, a.t_p])) ** 2
@@ -81,6 +81,7 @@ def _trace(
     environment: Environment,
     inside: bool,
     light: Light,
+    step: float,
 ) -> NDArray[np.float64]:
     """XYZ (rays, 3) of rays (origin, direction, distance to the first hit) that hit, all from one side."""
     origin, direction, distance = rays
@@ -88,27 +89,36 @@ def _trace(
     place = origin + distance[:, None] * direction
     outward = unit(place - center)
     cosine = np.clip(np.abs(np.sum(direction * outward, axis=-1)), 0.0, 1.0)
+    index = sphere.index_at(light.wavelength_nm)
     total = np.zeros((len(place), len(light.wavelength_nm)))
     under_way = np.full((2, *total.shape), 0.5)  # the unpolarised half and half, times what has happened so far
     if inside:
         hit, going = outward, direction
     else:
-        reflectance, transmittance = sphere.powers(place[:, 1], cosine, light.wavelength_nm)
+        reflectance, transmittance = sphere.powers(place[:, 1], cosine, light.wavelength_nm, index)
         mirrored = direction + 2.0 * cosine[:, None] * outward
         total += np.sum(under_way * reflectance, axis=0) * environment(mirrored)[:, None]
         under_way *= transmittance
         hit, going = outward + 2.0 * cosine[:, None] * direction, direction
     active = np.arange(len(place))
+    even = sphere.top_nm == sphere.bottom_nm  # the same film at the same angle: nothing changes from hit to hit
+    reflectance, transmittance = sphere.powers(
+        center[1] + sphere.radius * hit[:, 1], cosine, light.wavelength_nm, index
+    )
     while len(active):
-        height = center[1] + sphere.radius * hit[:, 1]
-        reflectance, transmittance = sphere.powers(height, cosine[active], light.wavelength_nm)
+        if not even:
+            height = center[1] + sphere.radius * hit[:, 1]
+            reflectance, transmittance = sphere.powers(height, cosine[active], light.wavelength_nm, index)
         total[active] += np.sum(under_way * transmittance, axis=0) * environment(going)[:, None]
         under_way = under_way * reflectance
-        keep = under_way.max(axis=(0, 2)) > STEP
+        keep = under_way.max(axis=(0, 2)) > step
         # mirror the direction at the inside of the sphere, then cross the next chord (unit radius)
         turned = unit(going - 2.0 * np.sum(going * hit, axis=-1)[:, None] * hit)
         hit = unit(hit + 2.0 * cosine[active][:, None] * turned)
+        if not np.iscomplexobj(index):
+            total[active[~keep]] += under_way[:, ~keep].sum(axis=0) * environment(turned[~keep])[:, None]
         active, under_way, hit, going = active[keep], under_way[:, keep], hit[keep], turned[keep]
+        reflectance, transmittance = reflectance[:, keep], transmittance[:, keep]
     return total @ light.weights
 
 
@@ -118,6 +128,7 @@ def radiance_xyz(
     direction: NDArray[np.float64],
     environment: Environment,
     light: Light | None = None,
+    step: float = EXACT,
 ) -> NDArray[np.float64]:
     """XYZ (rays, 3) along rays (rays, 3); ``environment``: radiance of unit directions, ``light``: its spectrum."""
     light = light or spectra.lamp()
@@ -126,31 +137,78 @@ def radiance_xyz(
     chosen = np.flatnonzero(hits)
     for start in range(0, len(chosen), CHUNK):
         part = chosen[start : start + CHUNK]
-        xyz[part] = _trace(sphere, (origin[part], direction[part], distance[part]), environment, inside, light)
+        xyz[part] = _trace(sphere, (origin[part], direction[part], distance[part]), environment, inside, light, step)
     return xyz
 
 
 def picture(
-    sphere: FilmSphere,
-    camera: dict[str, Any],
-    environment: Environment,
-    light: Light | None = None,
-    points: int = 3,
-    limb_points: int = 10,
+    sphere: FilmSphere, camera: dict[str, Any], environment: Environment, light: Light | None = None, points: int = 2
 ) -> NDArray[np.float64]:
-    """(height, width, 3) XYZ, each pixel averaged over its square by Gauss-Legendre sub-points.
+    """(height, width, 3) XYZ, each pixel averaged over its square.
 
-    Pixels that the limb crosses take ``limb_points`` a side, the others ``points``.
+    ``points`` x ``points`` Gauss-Legendre places away from the limb, 4 x 4 within two pixels of it.
+    A pixel that the limb crosses is cut along it: radiance there goes with the square root of the distance to it.
     """
     width, height = camera["resolution"]
     row, column = (a.ravel() for a in np.mgrid[0:height, 0:width])
-    corner_row, corner_column = (a.ravel() for a in np.mgrid[0 : height + 1, 0 : width + 1])
-    corner_hits = sphere.first_hit(*camera_rays(camera, corner_column, corner_row))[0].reshape(height + 1, width + 1)
-    count = corner_hits[:-1, :-1] * 1 + corner_hits[1:, :-1] + corner_hits[:-1, 1:] + corner_hits[1:, 1:]
-    crossed = ((count > 0) & (count < 4)).ravel()
+
+    def radiance(chosen: NDArray[np.bool_], dx: Any, dy: Any) -> NDArray[np.float64]:
+        """XYZ (places, pixels, 3) for offsets (places, 1) or (places, pixels)."""
+        places = np.broadcast_arrays(column[chosen] + dx, row[chosen] + dy)
+        origin, direction = camera_rays(camera, *(p.ravel() for p in places))
+        xyz = radiance_xyz(sphere, origin, direction, environment, light, PICTURE)
+        return xyz.reshape(*places[0].shape, 3)
+
+    def hits(chosen: NDArray[np.bool_], dx: Any, dy: Any) -> NDArray[np.bool_]:
+        return sphere.first_hit(*camera_rays(camera, column[chosen] + dx, row[chosen] + dy))[0]
+
+    everywhere = np.ones(len(row), dtype=bool)
+    near = [hits(everywhere, dx, dy) for dx in (-2, 0, 1, 3) for dy in (-2, 0, 1, 3)]
+    crossed = np.zeros(len(row), dtype=bool)
+    corners = [near[i] for i in (5, 6, 9, 10)]
+    crossed = np.any(corners, axis=0) & ~np.all(corners, axis=0)
+    close = np.any(near, axis=0) & ~np.all(near, axis=0) & ~crossed
+
     xyz = np.zeros((height * width, 3))
-    for chosen, side in ((~crossed, points), (crossed, limb_points)):
-        for dx, dy, weight in zip(*pixel_places(side), strict=True):
-            origin, direction = camera_rays(camera, column[chosen] + dx, row[chosen] + dy)
-            xyz[chosen] += weight * radiance_xyz(sphere, origin, direction, environment, light)
+    for chosen, side in ((~crossed & ~close, points), (close, 4)):
+        dx, dy, weight = pixel_places(side)
+        xyz[chosen] = np.tensordot(weight, radiance(chosen, dx[:, None], dy[:, None]), 1)
+    # Lines run along the picture axis that meets the limb more squarely.
+    slope = [
+        sum(c * sign for c, sign in zip(corners, signs, strict=True)) for signs in ((-1, -1, 1, 1), (-1, 1, -1, 1))
+    ]
+    along_columns = crossed & (np.abs(slope[0]) >= np.abs(slope[1]))
+    for chosen, swap in ((along_columns, False), (crossed & ~along_columns, True)):
+        if chosen.any():
+            xyz[chosen] = _cut_pixels(chosen, swap, radiance, hits)
     return xyz.reshape(height, width, 3)
+
+
+def _cut_pixels(chosen: NDArray[np.bool_], swap: bool, radiance: Any, hits: Any, lines: int = 4) -> NDArray[np.float64]:
+    """Mean over pixels that the limb crosses: along each line the two sides of the limb are taken apart."""
+    count = int(chosen.sum())
+    node, weight = np.polynomial.legendre.leggauss(lines)
+    node, weight = (node + 1.0) / 2.0, weight / 2.0
+    across = np.repeat(node[:, None], count, axis=1)  # (lines, pixels)
+
+    def hit(along: Any) -> NDArray[np.bool_]:
+        places = (across, along) if swap else (along, across)
+        return np.stack([hits(chosen, *pair) for pair in zip(*np.broadcast_arrays(*places), strict=True)])
+
+    begins, ends = hit(0.0), hit(1.0)
+    low, high = np.zeros_like(across), np.ones_like(across)
+    for _ in range(40):  # where hitting changes along the line
+        middle = (low + high) / 2.0
+        same = hit(middle) == begins
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    limb = np.where(begins == ends, np.where(begins, 0.0, 1.0), high)
+    far = np.where(ends | (begins & ends), 1.0, 0.0)  # the sphere lies between the limb and this end of the line
+    total = np.zeros((count, 3))
+    for start, end, power in ((limb, far, 2), (limb, 1.0 - far, 1)):
+        # u^2 on the sphere's side: equal steps of u are equal steps of the cosine there
+        along = start + (end - start) * node[:, None, None] ** power
+        share = weight[:, None, None] * power * node[:, None, None] ** (power - 1) * np.abs(end - start)
+        places = np.broadcast_arrays(across, along)
+        dx, dy = (p.reshape(-1, count) for p in (places if swap else places[::-1]))
+        total += np.sum(((share * weight[:, None]).reshape(-1, count))[..., None] * radiance(chosen, dx, dy), axis=0)
+    return total
