@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import os
@@ -558,9 +559,11 @@ def test_a_render_runs_in_any_python_thread():
 
 
 STOPPED = """
-import os, signal, sys, threading, time
+import os, signal, threading, time
+import numpy as np
 import iridesce as ir
 
+large = ir.Image(np.ones((2048, 2048, 3)))
 sent = []
 def interrupt():
     time.sleep(0.5)
@@ -584,7 +587,7 @@ else:
         "ir.render('soap-bubble', samples=65536)",
         "ir.render('soap-bubble', samples=2**20, size=(2, 2))",
         "ir.render('soap-bubble', samples=65536, threads=1, progress=lambda done, total: None)",
-        "image = ir.Image([[[1.0, 1.0, 1.0]] * 2048] * 2048)\n    while True: image.save('x.exr')",
+        "while True: large.save('x.exr')",
     ],
     ids=["render", "few pixels of many samples", "one thread, watched", "save"],
 )
@@ -599,3 +602,33 @@ def test_ctrl_c_stops_within_0_3_s(work, tmp_path):
     )
     assert float(finished.stdout) < 0.3, finished.stdout
     assert set(names_in(tmp_path)) <= {"x.exr"}, "no half-written file"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limits on file sizes there")
+@pytest.mark.parametrize("name", ["x.png", "x.exr"])
+def test_a_disk_that_fills_up_at_the_last_byte(name, image, tmp_path):
+    """Writers buffer: an error in the very last piece must be an error all the same."""
+    image.save(tmp_path / name)
+    whole = (tmp_path / name).read_bytes()
+    (tmp_path / name).write_bytes(b"precious")
+    code = (
+        "import resource, signal, sys, iridesce as ir\n"
+        f"image = ir.render('soap-bubble', samples={SMALL['samples']}, size={SMALL['size']})\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]), -1))\n"
+        "try:\n"
+        f"    image.save({name!r})\n"
+        "except OSError as error:\n"
+        "    print(error.errno, error.filename)\n"
+    )
+
+    def save_within(limit: int) -> str:
+        arguments = [sys.executable, "-c", code, str(limit)]
+        return subprocess.run(arguments, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+
+    for limit in (len(whole) - 1, len(whole) - 20, len(whole) // 2):
+        assert save_within(limit) == f"{errno.EFBIG} {name}\n"
+        assert (tmp_path / name).read_bytes() == b"precious"
+        assert names_in(tmp_path) == [name]
+    assert save_within(len(whole)) == ""
+    assert (tmp_path / name).read_bytes() == whole

@@ -164,7 +164,8 @@ fn develop_image<'py>(
     let how = Development { space: OutputSpace::named(space).map_err(image_error)?, exposure, gamut };
     let shape: [usize; 3] = [xyz.shape()[0], xyz.shape()[1], xyz.shape()[2]];
     let values = xyz.as_slice()?;
-    let developed = py.detach(|| image::develop(values, &how)).map_err(image_error)?;
+    let developed =
+        beside(py, None, |shared| image::develop(values, &how, &|| shared.cancelled()))?.map_err(image_error)?;
     let rgb = PyArray1::from_vec(py, developed.rgb).reshape(shape)?;
     Ok((rgb, developed.out_of_gamut, developed.overexposed))
 }

@@ -4,7 +4,7 @@ use iridesce_optics::color::gamut::{Gamut, HIGHEST, Mapping};
 use iridesce_optics::color::{Adaptation, Matrix, Space};
 use rayon::prelude::*;
 
-use super::ImageError;
+use super::{ImageError, Stop};
 
 /// The display spaces a picture can be written in; all have the white D65.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -111,7 +111,7 @@ pub struct Developed {
 /// With [`Mapping::Clip`] each component is clipped to [0, 1]: what other programs do, hues shift.
 ///
 /// NaN counts as 0, so that one bad pixel is a black one and not a broken file.
-pub fn develop(xyz: &[f32], how: &Development) -> Result<Developed, ImageError> {
+pub fn develop(xyz: &[f32], how: &Development, stop: Stop<'_>) -> Result<Developed, ImageError> {
     if !xyz.len().is_multiple_of(3) {
         return Err(ImageError::Argument(format!("xyz must hold three values a pixel, got {}", xyz.len())));
     }
@@ -128,22 +128,32 @@ pub fn develop(xyz: &[f32], how: &Development) -> Result<Developed, ImageError> 
     let mut rgb = vec![0.0; xyz.len()];
     // Counts are integers: the same whatever the order the threads add them in.
     let (outside, over) = rgb
-        .par_chunks_exact_mut(3)
-        .zip(xyz.par_chunks_exact(3))
+        .par_chunks_mut(3 * BLOCK)
+        .zip(xyz.par_chunks(3 * BLOCK))
         .map(|(out, xyz)| {
-            let linear = apply(&rgb_from_xyz, [0, 1, 2].map(|i| sound(xyz[i]) * gain));
-            let (mapped, outside) = clip.map(linear);
-            let over = linear.iter().any(|v| *v > HIGHEST);
-            let inside = if over && how.gamut == Mapping::Hue { hue.map(linear) } else { mapped };
-            for (to, value) in out.iter_mut().zip(space.encode(inside)) {
-                *to = value.clamp(0.0, 1.0) as f32;
+            if stop() {
+                return Err(ImageError::Cancelled);
             }
-            (u64::from(outside), u64::from(over))
+            let mut counts = (0_u64, 0_u64);
+            for (out, xyz) in out.chunks_exact_mut(3).zip(xyz.chunks_exact(3)) {
+                let linear = apply(&rgb_from_xyz, [0, 1, 2].map(|i| sound(xyz[i]) * gain));
+                let (mapped, outside) = clip.map(linear);
+                let over = linear.iter().any(|v| *v > HIGHEST);
+                let inside = if over && how.gamut == Mapping::Hue { hue.map(linear) } else { mapped };
+                for (to, value) in out.iter_mut().zip(space.encode(inside)) {
+                    *to = value.clamp(0.0, 1.0) as f32;
+                }
+                counts = (counts.0 + u64::from(outside), counts.1 + u64::from(over));
+            }
+            Ok(counts)
         })
-        .reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        .try_reduce(|| (0, 0), |a, b| Ok((a.0 + b.0, a.1 + b.1)))?;
     let pixels = (xyz.len() / 3).max(1) as f64;
     Ok(Developed { rgb, out_of_gamut: outside as f64 / pixels, overexposed: over as f64 / pixels })
 }
+
+/// Pixels of one piece of work: a millisecond or two, after which `stop` is asked again.
+const BLOCK: usize = 4096;
 
 /// No picture needs more; f32 has 128 stops above 1.
 const MAX_EXPOSURE: f64 = 64.0;
@@ -249,7 +259,7 @@ mod tests {
     }
 
     fn one(space: OutputSpace, linear: [f64; 3], exposure: f64, gamut: Mapping) -> [f64; 3] {
-        let developed = develop(&xyz(space, linear), &how(space, exposure, gamut)).unwrap();
+        let developed = develop(&xyz(space, linear), &how(space, exposure, gamut), &|| false).unwrap();
         [0, 1, 2].map(|i| f64::from(developed.rgb[i]))
     }
 
@@ -315,11 +325,11 @@ mod tests {
         let pixels = [[0.5, 0.5, 0.5], [-0.1, 0.5, 0.2], [2.0, 0.5, 0.5], [1.0, 1.0, 1.0]];
         let xyz: Vec<f32> = pixels.into_iter().flat_map(|rgb| xyz(OutputSpace::Srgb, rgb)).collect();
         for gamut in [Mapping::Hue, Mapping::Clip] {
-            let developed = develop(&xyz, &how(OutputSpace::Srgb, 0.0, gamut)).unwrap();
+            let developed = develop(&xyz, &how(OutputSpace::Srgb, 0.0, gamut), &|| false).unwrap();
             assert_eq!((developed.out_of_gamut, developed.overexposed), (0.5, 0.25));
         }
         // The same green is inside Rec.2020.
-        let developed = develop(&xyz[3..6], &how(OutputSpace::Rec2020, 0.0, Mapping::Hue)).unwrap();
+        let developed = develop(&xyz[3..6], &how(OutputSpace::Rec2020, 0.0, Mapping::Hue), &|| false).unwrap();
         assert_eq!(developed.out_of_gamut, 0.0);
     }
 
@@ -329,24 +339,25 @@ mod tests {
             for xyz in [[bad, 0.5, 0.5], [0.5, bad, 0.5], [bad; 3]] {
                 for (space, exposure) in [(OutputSpace::Srgb, 64.0), (OutputSpace::Rec2020, -64.0)] {
                     for gamut in [Mapping::Hue, Mapping::Clip] {
-                        let rgb = develop(&xyz, &how(space, exposure, gamut)).unwrap().rgb;
+                        let rgb = develop(&xyz, &how(space, exposure, gamut), &|| false).unwrap().rgb;
                         assert!(rgb.iter().all(|v| (0.0..=1.0).contains(v)), "{xyz:?}: {rgb:?}");
                     }
                 }
                 assert!(auto_exposure(&xyz, &[]).unwrap().is_finite());
             }
         }
-        assert!(develop(&[], &how(OutputSpace::Srgb, 0.0, Mapping::Hue)).unwrap().rgb.is_empty());
+        assert!(develop(&[], &how(OutputSpace::Srgb, 0.0, Mapping::Hue), &|| false).unwrap().rgb.is_empty());
         assert_eq!(auto_exposure(&[], &[]).unwrap(), 0.0);
     }
 
     #[test]
     fn wrong_arguments_are_named() {
         for exposure in [f64::NAN, f64::INFINITY, 64.5, -1e9] {
-            let error = develop(&[0.0; 3], &how(OutputSpace::Srgb, exposure, Mapping::Hue)).unwrap_err().to_string();
+            let error =
+                develop(&[0.0; 3], &how(OutputSpace::Srgb, exposure, Mapping::Hue), &|| false).unwrap_err().to_string();
             assert!(error.contains("-64 to 64 stops") && error.contains(&exposure.to_string()), "{error}");
         }
-        let error = develop(&[0.0; 4], &how(OutputSpace::Srgb, 0.0, Mapping::Hue)).unwrap_err();
+        let error = develop(&[0.0; 4], &how(OutputSpace::Srgb, 0.0, Mapping::Hue), &|| false).unwrap_err();
         assert!(error.to_string().contains("got 4"));
         assert!(OutputSpace::named("SRGB").unwrap_err().to_string().contains("\"rec2020\", got \"SRGB\""));
         assert!(auto_exposure(&[0.0; 6], &[1.0]).is_err());

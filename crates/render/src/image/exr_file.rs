@@ -10,7 +10,7 @@ use exr::prelude::{
 };
 use rayon::prelude::*;
 
-use super::develop::{OutputSpace, apply};
+use super::develop::OutputSpace;
 use super::whole_file::write_whole;
 use super::{Fact, Facts, ImageError, Stop, check_planes};
 
@@ -69,30 +69,40 @@ pub fn write_exr(path: &Path, planes: &Planes<'_>, facts: &Facts, stop: Stop<'_>
     let attributes = attributes(facts)?;
 
     let third = |values: &[f32], i: usize| -> Vec<f32> { values.par_chunks_exact(3).map(|v| v[i]).collect() };
-    let matrix = OutputSpace::Srgb.rgb_from_xyz();
-    let linear = |i: usize| -> Vec<f32> {
-        xyz.par_chunks_exact(3).map(|v| apply(&matrix, [v[0], v[1], v[2]].map(f64::from))[i] as f32).collect()
+    let linear = |row: [f64; 3]| -> Vec<f32> {
+        let dot = |v: &[f32]| (0..3).map(|c| row[c] * f64::from(v[c])).sum::<f64>() as f32;
+        xyz.par_chunks_exact(3).map(dot).collect()
     };
     let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
-    let mut add = |name: &str, values: Vec<f32>| channels.push(AnyChannel::new(name, FlatSamples::F32(values)));
+    let mut add = |name: &str, values: &dyn Fn() -> Vec<f32>| {
+        if stop() {
+            return Err(ImageError::Cancelled);
+        }
+        channels.push(AnyChannel::new(name, FlatSamples::F32(values())));
+        Ok(())
+    };
+    let rows = OutputSpace::Srgb.rgb_from_xyz();
     for (i, (colour, axis)) in ["R", "G", "B"].into_iter().zip(["X", "Y", "Z"]).enumerate() {
-        add(colour, linear(i));
-        add(&format!("XYZ.{axis}"), third(xyz, i));
-        add(&format!("normal.{axis}"), third(normal, i));
+        add(colour, &|| linear(rows[i]))?;
+        add(&format!("XYZ.{axis}"), &|| third(xyz, i))?;
+        add(&format!("normal.{axis}"), &|| third(normal, i))?;
     }
-    add("depth.Z", depth.to_vec());
-    add("thickness_nm", thickness_nm.to_vec());
+    add("depth.Z", &|| depth.to_vec())?;
+    add("thickness_nm", &|| thickness_nm.to_vec())?;
 
     let size = Vec2(width as usize, height as usize);
     let layer = Layer::new(size, attributes, ENCODING, AnyChannels::sort(channels));
     let mut image = Image::from_layer(layer);
     image.attributes.chromaticities = Some(rec709());
     write_whole(path, stop, |out| {
-        let written = image.write().to_buffered(BufWriter::new(&mut *out));
+        let mut buffered = BufWriter::new(&mut *out);
+        let written = image.write().to_buffered(&mut buffered);
         written.map_err(|error| match error {
             exr::error::Error::Io(source) => source,
             other => io::Error::other(other.to_string()),
         })?;
+        buffered.flush()?;
+        drop(buffered);
         sort_attributes(out)
     })
 }

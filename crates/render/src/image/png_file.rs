@@ -46,7 +46,11 @@ pub fn write_png(
         )));
     }
     let bytes = quantize(rgb, bits);
-    write_whole(path, stop, |out| encode(BufWriter::new(out), width, height, &bytes, bits, space, facts))
+    write_whole(path, stop, |out| {
+        let mut buffered = BufWriter::new(out);
+        encode(&mut buffered, width, height, &bytes, bits, space, facts)?;
+        buffered.flush()
+    })
 }
 
 /// The same file in memory, 8 bits.
@@ -110,7 +114,10 @@ fn encode(
     if let Some(code_points) = space.code_points() {
         writer.write_chunk(chunk::cICP, &code_points)?;
     }
-    writer.write_image_data(bytes)?;
+    // In pieces, so that a large picture can be stopped while it is compressed.
+    let mut stream = writer.stream_writer_with_size(1 << 16)?;
+    stream.write_all(bytes)?;
+    stream.finish()?;
     writer.finish()?;
     Ok(())
 }

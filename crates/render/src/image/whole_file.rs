@@ -25,12 +25,13 @@ pub fn write_whole(
     let target = resolve(path)?;
     let fail = |source| ImageError::write(path, source);
     let temporary = temporary_beside(&target).map_err(fail)?;
-    let mut out = Stoppable { inner: temporary.as_file(), stop, stopped: false };
+    let mut out = Stoppable { inner: temporary.as_file(), stop, stopped: false, failed: None };
     let filled = fill(&mut out);
     if out.stopped || stop() {
         return Err(ImageError::Cancelled);
     }
-    filled.map_err(fail)?;
+    // Whoever drops a buffer that cannot be written may lose the error: the file says itself whether it is whole.
+    out.failed.map_or(Ok(()), Err).and(filled).map_err(fail)?;
     temporary.as_file().sync_all().map_err(fail)?;
     if let Ok(old) = fs::metadata(&target) {
         // Somebody who narrowed or widened the old file's rights meant its name, not its bytes.
@@ -94,6 +95,7 @@ pub struct Stoppable<'a, W> {
     inner: W,
     stop: Stop<'a>,
     stopped: bool,
+    failed: Option<io::Error>,
 }
 
 impl<W> Stoppable<'_, W> {
@@ -107,7 +109,17 @@ impl<W: Write> Write for Stoppable<'_, W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.ask()?;
         // Pieces of 1 MiB: a slow disk does not delay an interrupt by more than one of them.
-        self.inner.write(&bytes[..bytes.len().min(1 << 20)])
+        let written = self.inner.write(&bytes[..bytes.len().min(1 << 20)]);
+        if let Err(error) = &written
+            && error.kind() != ErrorKind::Interrupted
+            && self.failed.is_none()
+        {
+            self.failed = Some(match error.raw_os_error() {
+                Some(code) => io::Error::from_raw_os_error(code),
+                None => io::Error::new(error.kind(), error.to_string()),
+            });
+        }
+        written
     }
     fn flush(&mut self) -> io::Result<()> {
         self.inner.flush()
