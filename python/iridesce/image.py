@@ -148,7 +148,7 @@ class Image:
         Returns    a new array, float32
         Raises     ValueError naming the argument, the value and what is allowed
 
-        ``"auto"`` is log2(0.9 / p) rounded to a hundredth, p the 99th percentile of the largest linear Rec.709 component (of
+        ``"auto"`` is log2(0.9 / p) rounded to a hundredth, p the 95th percentile of the largest linear Rec.709 component (of
         a grey: of Y) over the pixels that show a surface, or over all pixels where surfaces fill less than a hundredth of
         the picture: the films are shown whole, lamps behind them may be white. 0 for a black picture.
 

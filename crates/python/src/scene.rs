@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use iridesce::scene::{Node, Origin, Scene as CoreScene, SceneError, Value, builtin_names, builtin_text};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyComplex, PyComplexMethods, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+use pyo3::types::{PyBool, PyComplex, PyComplexMethods, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
 
 /// Deepest nesting of a dict: beyond it Python's own recursion is in danger.
 const MAX_DEPTH: usize = 64;
+/// Longest list: objects may be many, and nothing else is.
+const MAX_ITEMS: usize = 100_000;
 
 /// A validated scene.
 #[pyclass(frozen, module = "iridesce._core")]
@@ -32,12 +33,13 @@ impl Scene {
     #[staticmethod]
     fn from_dict(
         py: Python<'_>,
-        tree: &Bound<'_, PyDict>,
-        folder: Option<PathBuf>,
+        tree: &Bound<'_, PyMapping>,
+        folder: PathBuf,
+        file: Option<PathBuf>,
         allow_outside: bool,
     ) -> PyResult<Scene> {
         let node = to_node(tree.as_any(), "", 0)?;
-        let origin = Origin { file: None, folder, allow_outside };
+        let origin = Origin { file, folder: Some(folder), allow_outside };
         wrap(py, py.detach(|| CoreScene::from_node(&node, origin)))
     }
 
@@ -46,7 +48,7 @@ impl Scene {
     }
 
     fn to_json(&self) -> String {
-        self.inner.tree().to_json().to_string()
+        self.inner.to_json().to_string()
     }
 
     fn with_value(&self, py: Python<'_>, path: &str, value: &Bound<'_, PyAny>) -> PyResult<Scene> {
@@ -62,6 +64,16 @@ impl Scene {
     #[getter]
     fn file(&self) -> Option<PathBuf> {
         self.inner.origin().file.clone()
+    }
+
+    #[getter]
+    fn folder(&self) -> Option<PathBuf> {
+        self.inner.origin().folder.clone()
+    }
+
+    #[getter]
+    fn allow_outside(&self) -> bool {
+        self.inner.origin().allow_outside
     }
 }
 
@@ -89,27 +101,39 @@ pub fn to_python(py: Python<'_>, error: SceneError) -> PyErr {
 fn to_node(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Node> {
     let py = value.py();
     let place = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
-    let wrong = |message: String| {
+    let wrong = |message: String| -> PyErr {
         let error = SceneError::new(message);
         to_python(py, if path.is_empty() { error } else { error.at(path, None) })
+    };
+    let check_length = |length: usize| {
+        if length <= MAX_ITEMS {
+            return Ok(());
+        }
+        Err(wrong(format!("a list of a scene has at most {MAX_ITEMS} entries, got {length}")))
     };
     if depth > MAX_DEPTH {
         return Err(wrong(format!("nested deeper than {MAX_DEPTH} levels")));
     }
-    if let Ok(table) = value.cast::<PyDict>() {
-        let mut entries = Vec::with_capacity(table.len());
-        for (key, item) in table {
+    let text_of = |text: &Bound<'_, PyString>| {
+        text.to_str().map(str::to_owned).map_err(|_| wrong("a text of a scene must be Unicode".to_owned()))
+    };
+    if let Ok(text) = value.cast::<PyString>() {
+        return Ok(Value::Text(text_of(text)?).into());
+    }
+    if let Ok(table) = value.cast::<PyMapping>() {
+        // A copy: what converts one item may be Python code that changes the table.
+        let mut entries = Vec::new();
+        for pair in table.items()? {
+            let (key, item): (Bound<'_, PyAny>, Bound<'_, PyAny>) = pair.extract()?;
             let Ok(key) = key.cast::<PyString>() else {
-                return Err(wrong(format!("keys of a scene are texts, got {}", key.repr()?)));
+                let kind = key.get_type().name()?;
+                return Err(wrong(format!("keys of a scene are texts, got one of type {kind}")));
             };
-            let key = key.to_str()?.to_owned();
+            let key = text_of(key)?;
             let node = to_node(&item, &place(&key), depth + 1)?;
             entries.push((key, node));
         }
         return Ok(Value::Table(entries).into());
-    }
-    if let Ok(text) = value.cast::<PyString>() {
-        return Ok(Value::Text(text.to_str()?.to_owned()).into());
     }
     if let Ok(flag) = value.cast::<PyBool>() {
         return Ok(Value::Bool(flag.is_true()).into());
@@ -122,6 +146,7 @@ fn to_node(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Node>
         return Ok(Value::Float(value.extract()?).into());
     }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        check_length(value.len()?)?;
         let mut items = Vec::new();
         for (i, item) in value.try_iter()?.enumerate() {
             items.push(to_node(&item?, &place(&i.to_string()), depth + 1)?);
@@ -136,12 +161,21 @@ fn to_node(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Node>
         return to_node(&py.import("os")?.call_method1("fspath", (value,))?, path, depth + 1);
     }
     if value.hasattr("tolist")? {
+        if let Ok(size) = value.getattr("size").and_then(|size| size.extract::<usize>()) {
+            check_length(size)?;
+        }
         return to_node(&value.call_method0("tolist")?, path, depth + 1);
     }
     if let Ok(pair) = value.cast::<PyComplex>() {
         return Ok(Value::List(vec![Node::number(pair.real()), Node::number(pair.imag())]).into());
     }
-    Err(wrong(format!("a scene holds tables, lists, texts and numbers, got {}", value.get_type().name()?)))
+    // The validator says what is allowed here.
+    Ok(Value::Other(if value.is_none() {
+        "None".into()
+    } else {
+        format!("a value of type {}", value.get_type().name()?)
+    })
+    .into())
 }
 
 fn from_node<'py>(py: Python<'py>, node: &Node) -> PyResult<Bound<'py, PyAny>> {
@@ -149,7 +183,7 @@ fn from_node<'py>(py: Python<'py>, node: &Node) -> PyResult<Bound<'py, PyAny>> {
         Value::Bool(b) => PyBool::new(py, *b).to_owned().into_any(),
         Value::Int(i) => i.into_pyobject(py)?.into_any(),
         Value::Float(f) => f.into_pyobject(py)?.into_any(),
-        Value::Text(t) => t.into_pyobject(py)?.into_any(),
+        Value::Text(t) | Value::Other(t) => t.into_pyobject(py)?.into_any(),
         Value::List(items) => {
             let list = PyList::empty(py);
             for item in items {
@@ -164,8 +198,6 @@ fn from_node<'py>(py: Python<'py>, node: &Node) -> PyResult<Bound<'py, PyAny>> {
             }
             table.into_any()
         }
-        // A validated scene holds none.
-        Value::Other(_) => py.None().into_bound(py),
     })
 }
 
@@ -177,8 +209,8 @@ fn scene_names() -> Vec<&'static str> {
 
 /// The text of a built-in scene.
 #[pyfunction]
-fn scene_text(name: &str) -> PyResult<&'static str> {
-    builtin_text(name).map_err(|e| PyValueError::new_err(e.to_string()))
+fn scene_text(py: Python<'_>, name: &str) -> PyResult<&'static str> {
+    builtin_text(name).map_err(|e| to_python(py, e))
 }
 
 /// Adds this stage's names to `_core`.

@@ -17,7 +17,7 @@ use crate::sampler::PixelSampler;
 ///
 /// Errors: [`RenderError::Argument`] for options outside their range, [`RenderError::Resource`] for pictures or
 /// films that cannot fit, [`RenderError::Optics`] for media without data in 360..830 nm, and
-/// [`RenderError::Cancelled`] within one pixel of `progress.cancelled()` saying so.
+/// [`RenderError::Cancelled`] within 1024 samples of `progress.cancelled()` saying so.
 pub fn render(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -> Result<Framebuffer, RenderError> {
     render_at(Level::new(), scene, options, progress)
 }
@@ -104,11 +104,12 @@ fn draw_row<S: Simd>(
 ) -> Result<(), RenderError> {
     let mut tracer = Tracer::new(scene);
     for x in 0..scene.width {
-        if progress.cancelled() {
-            return Err(RenderError::Cancelled);
-        }
         let sampler = PixelSampler::new(scene.seed, u64::from(y) << 32 | u64::from(x));
         for sample in 0..scene.samples {
+            // Not once a pixel: a pixel of a million samples takes seconds.
+            if sample % 1024 == 0 && progress.cancelled() {
+                return Err(RenderError::Cancelled);
+            }
             let (dx, dy) = sampler.point(sample);
             let ray = scene.camera.ray(f64::from(x) + dx, f64::from(y) + dy);
             tracer.trace(simd, ray, &mut sampler.choices(sample));

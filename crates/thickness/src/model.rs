@@ -30,11 +30,11 @@ pub enum ThicknessModel {
 }
 
 /// A thickness in nm that a film can have.
-fn check_nm(key: &'static str, value: f64) -> Result<(), ThicknessError> {
+pub(crate) fn check_nm(key: &'static str, value: f64) -> Result<(), ThicknessError> {
     if value.is_finite() && value >= 0.0 {
         return Ok(());
     }
-    Err(ThicknessError { key, message: format!("must be a finite thickness in nm, >= 0, got {value}") })
+    Err(ThicknessError { key, message: format!("must be a finite thickness in nm, >= 0, got {value:?}") })
 }
 
 impl ThicknessModel {
@@ -57,7 +57,7 @@ impl ThicknessModel {
         if !(exponent.is_finite() && exponent > 0.0) {
             return Err(ThicknessError {
                 key: "exponent",
-                message: format!("must be a finite exponent > 0, got {exponent}"),
+                message: format!("must be a finite exponent > 0, got {exponent:?}"),
             });
         }
         Ok(ThicknessModel::Gradient { top_nm: top, bottom_nm: bottom, exponent })

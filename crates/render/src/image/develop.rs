@@ -148,12 +148,12 @@ pub fn develop(xyz: &[f32], how: &Development) -> Result<Developed, ImageError> 
 /// No picture needs more; f32 has 128 stops above 1.
 const MAX_EXPOSURE: f64 = 64.0;
 
-/// Largest linear component where the 99th percentile lands: 0.95 once encoded.
+/// Where the 95th percentile lands: 0.95 once encoded in sRGB. The twentieth part above it may roll off to white.
 const AUTO_TARGET: f64 = 0.9;
 
 /// The exposure in stops that shows a picture whole: `log2(0.9 / p)`, rounded to a hundredth of a stop.
 ///
-/// p is the 99th percentile of the largest linear Rec.709 component (of a grey, its Y) over the pixels that show a surface
+/// p is the 95th percentile of the largest linear Rec.709 component (of a grey, its Y) over the pixels that show a surface
 /// (finite `depth`), or over all pixels where surfaces fill less than a hundredth of the picture: the meter looks at the
 /// films and not at the lamps around them. 0 for a black picture. `depth` is empty or has one value a pixel.
 pub fn auto_exposure(xyz: &[f32], depth: &[f32]) -> Result<f64, ImageError> {
@@ -177,7 +177,7 @@ pub fn auto_exposure(xyz: &[f32], depth: &[f32]) -> Result<f64, ImageError> {
     if metered.is_empty() {
         return Ok(0.0);
     }
-    let rank = (metered.len() - 1) * 99 / 100;
+    let rank = (metered.len() - 1) * 95 / 100;
     let p = *metered.select_nth_unstable_by(rank, f64::total_cmp).1;
     if p <= 0.0 {
         return Ok(0.0);
@@ -361,8 +361,8 @@ mod tests {
         let mut depth = vec![4.0; 1000];
         depth[900..990].fill(f32::INFINITY);
         let xyz: Vec<f32> = grey.iter().flat_map(|g| xyz(OutputSpace::Srgb, [f64::from(*g); 3])).collect();
-        // 910 metered: rank 899 (of 0 to 909) is 0.5 exactly; log2(0.9 / 0.5) = 0.848.
-        assert_eq!(auto_exposure(&xyz, &depth).unwrap(), 0.85);
+        // 910 metered: rank 863 (of 0 to 909) is 0.25 + 0.25 * 863 / 899 = 0.48999; log2(0.9 / 0.48999) = 0.877.
+        assert_eq!(auto_exposure(&xyz, &depth).unwrap(), 0.88);
         // Without a surface all pixels count: the lamp.
         assert_eq!(auto_exposure(&xyz, &[]).unwrap(), -10.12);
         depth.fill(f32::INFINITY);

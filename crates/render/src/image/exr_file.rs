@@ -5,7 +5,8 @@ use std::path::Path;
 
 use exr::meta::attribute::{AttributeValue, Chromaticities};
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec, Text, Vec2, WritableImage,
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
+    SmallVec, Text, Vec2, WritableImage,
 };
 use rayon::prelude::*;
 
@@ -30,7 +31,12 @@ pub struct Planes<'a> {
     pub normal: &'a [f32],
 }
 
-/// Writes the planes as a whole EXR file or none: scan lines, ZIP-compressed, 32-bit floats.
+/// Single-line ZIP: half the time of 16-line ZIP or PIZ for 7 and 23 % more bytes (a 512 x 512 bubble), and compositors read
+/// lines of it by themselves.
+const ENCODING: Encoding =
+    Encoding { compression: Compression::ZIP1, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+
+/// Writes the planes as a whole EXR file or none: scan lines, each ZIP-compressed by itself, 32-bit floats.
 ///
 /// | channels | what |
 /// |---|---|
@@ -78,7 +84,7 @@ pub fn write_exr(path: &Path, planes: &Planes<'_>, facts: &Facts, stop: Stop<'_>
     add("thickness_nm", thickness_nm.to_vec());
 
     let size = Vec2(width as usize, height as usize);
-    let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
+    let layer = Layer::new(size, attributes, ENCODING, AnyChannels::sort(channels));
     let mut image = Image::from_layer(layer);
     image.attributes.chromaticities = Some(rec709());
     write_whole(path, stop, |out| {
