@@ -37,6 +37,7 @@ from studio import write_studio  # noqa: E402
 PEER_PACKAGES = ("mitsuba==3.9.1", "numpy")
 OUR_SAMPLES = (4, 16, 64)
 PEER_SAMPLES = 256
+PEER_REFERENCE_SAMPLES = 4096  # 16 times the picture's: less would add its own noise to the peer's error
 REFERENCE_SEED = 1001
 LINEAR_SRGB = np.array(  # XYZ to linear sRGB, IEC 61966-2-1
     [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]
@@ -136,7 +137,7 @@ def measure_bubble(folder: Path, peer_python: Path | None, repeats: int, referen
         "speed_up_1_to_2_threads": medians["iridesce 64, one thread"] / medians["iridesce 64"],
     }
     if peer_python:
-        peer(peer_python, folder, reference_samples, REFERENCE_SEED, "peer_reference.npy")
+        peer(peer_python, folder, PEER_REFERENCE_SAMPLES, REFERENCE_SEED, "peer_reference.npy")
         peer_reference = np.load(folder / "peer_reference.npy").astype(np.float64)
         error = relative_mse(np.load(folder / "peer.npy"), peer_reference)
         side = f"peer {PEER_SAMPLES}"

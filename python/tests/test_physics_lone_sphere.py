@@ -45,6 +45,7 @@ def smooth_map(tmp_path, monkeypatch):
     return image
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_closed_form(case, smooth_map):
     sphere, camera, rotation_deg = CASES[case]
@@ -77,6 +78,7 @@ def test_the_comparison_would_see_small_mistakes(smooth_map):
         assert np.mean(relative_error(other, wanted) <= WITHIN) < 0.99
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [1, 2, 4])
 def test_closed_form_whatever_the_depth(depth, smooth_map):
     """What is left at max_depth is closed or chosen without bias, never dropped: the same answer at every depth."""
