@@ -45,7 +45,6 @@ def iridesce(tmp_path: Path) -> Run:
     return run
 
 
-
 def pytest_configure() -> None:
     """colour-science switches numpy to its printing of 2017 when it is imported; the examples show today's."""
     import colour  # noqa: F401
