@@ -8,7 +8,7 @@ use crate::files::{MAX_RADIANCE, Maps, read_whole};
 use crate::model::{Environment, EnvironmentSource, Light, Origin};
 use crate::reader::{Table, suggestion};
 use crate::studio::studio;
-use crate::tree::{Node, is_name, quoted};
+use crate::tree::{Node, quoted};
 
 /// Largest table of an illuminant; one of 0.1 nm steps has 100 KiB.
 const MAX_CSV_BYTES: u64 = 16 << 20;
@@ -63,7 +63,7 @@ fn illuminant(name: &str, origin: &Origin) -> Result<Illuminant, SceneError> {
         let text = String::from_utf8(bytes).map_err(|_| bad("it is not a text".to_owned()))?;
         return Illuminant::from_csv(&text, name).map_err(|e| SceneError::new(e.to_string()));
     }
-    if !is_name(name, MAX_NAME) {
+    if name.len() > MAX_NAME {
         return Err(SceneError::new(format!("no illuminant is called {}", quoted(name))));
     }
     Illuminant::named(name).map_err(|e| {

@@ -254,6 +254,15 @@ mod tests {
         }
     }
 
+    #[test]
+    fn sizes_are_bounded_before_memory_is_asked_for() {
+        assert!(check_size(16384, 8192, 4).is_ok());
+        assert!(check_size(16384, 8193, 1).unwrap_err().contains("at most 134217728"));
+        assert!(check_size(16384, 8192, 9).unwrap_err().contains("9 channels"));
+        assert!(check_size(usize::MAX, usize::MAX, usize::MAX).is_err());
+        assert!(check_size(0, 5, 3).is_err() && check_size(5, 0, 3).is_err());
+    }
+
     /// A Radiance HDR file: a shared exponent, `mantissa / 256 * 2^(exponent - 128)`.
     fn hdr(header: &str, texels: &[[u8; 4]]) -> Vec<u8> {
         [header.as_bytes(), texels.as_flattened()].concat()

@@ -7,7 +7,7 @@ use crate::defaults;
 use crate::error::SceneError;
 use crate::model::{Film, Object, Shape, Surface};
 use crate::reader::{Table, as_number};
-use crate::tree::{Node, Value, is_name};
+use crate::tree::{Node, Value};
 
 /// Thickest film: 1 cm. Its phase has 10^5 turns, of which single precision still tells hundredths apart.
 const MAX_THICKNESS_NM: f64 = 1e7;
@@ -92,7 +92,8 @@ fn medium(node: &Node, path: &str) -> Result<(Medium, Node), SceneError> {
     };
     let other = || wrong(format!("must be a medium: a name, a number or [n, k], got {}", node.describe()));
     let found = match &node.value {
-        Value::Text(name) if !is_name(name, 100) => return Err(other()),
+        // Longer than any name: not to be repeated in a message.
+        Value::Text(name) if name.len() > 100 => return Err(other()),
         Value::Text(name) => Medium::named(name).map_err(|e| wrong(format!("cannot be used: {e}")))?,
         Value::Int(_) | Value::Float(_) => constant(as_number(node).ok_or_else(other)?, 0.0)?,
         Value::List(items) => match items.iter().map(as_number).collect::<Option<Vec<f64>>>().as_deref() {

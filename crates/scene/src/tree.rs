@@ -150,11 +150,6 @@ pub fn quoted(text: &str) -> String {
     }
 }
 
-/// Whether a text can be the name of anything: then other crates may repeat it in their messages as it is.
-pub fn is_name(text: &str, max_len: usize) -> bool {
-    text.len() <= max_len && !text.chars().any(char::is_control)
-}
-
 /// A deep nesting is refused, not recursed into.
 fn check_depth(depth: usize, line: Option<usize>) -> Result<(), SceneError> {
     if depth > MAX_DEPTH {

@@ -245,6 +245,9 @@ fn messages_carry_no_control_characters_and_stay_short() {
         format!("{LEAST}{long} = 1"),
         LEAST.replace("D65", &long),
         LEAST.replace("D65", "\\u001b[2J"),
+        LEAST.replace("[[object]]", &format!("[[object]]\nsurface = {{ film = {{ medium = \"{long}\" }} }}")),
+        LEAST.replace("[[object]]", "[[object]]\nsurface = { film = { medium = \"\\u001b[2J\\u0007\\u001b\" } }"),
+        LEAST.replace("D65", "blackbody:\\u001b[2J"),
         LEAST.replace("[[object]]", &format!("[[object]]\nname = \"\\u001b]0;{long}\"")),
     ] {
         let message = read(&text).unwrap_err().to_string();
