@@ -125,7 +125,8 @@ class Image:
 
         Of a render: ``samples``, ``seed``, ``seconds`` (wall time of the rendering), ``threads``, ``backend``, ``simd``
         (the instruction set: the same bytes are promised for the same one), ``version``, and ``scene``, the whole scene
-        as a dict with these samples, seed and size, so that ``ir.render(image.metadata["scene"])`` repeats it.
+        as a dict with these samples, seed and size, so that ``ir.render(image.metadata["scene"])`` repeats it (file names
+        in it are as the scene had them, relative to its folder).
 
         Of the latest ``rgb()`` or ``save()`` of a PNG, or before the first of them what ``save("x.png")`` would do:
         ``exposure`` (stops), ``space``, ``gamut``, ``out_of_gamut`` (share of pixels, 0 to 1, that the space could not hold
