@@ -151,12 +151,16 @@ def picture(
     """
     width, height = camera["resolution"]
     row, column = (a.ravel() for a in np.mgrid[0:height, 0:width])
+    # The short cut is for many wavelengths of a film that loses nothing: light still caught by an absorbing one is not
+    # on its way anywhere, and of a few lines none averages out the guess about another.
+    lossless = not np.iscomplexobj(sphere.index_at((light or spectra.lamp()).wavelength_nm))
+    step = PICTURE if lossless and len((light or spectra.lamp()).wavelength_nm) > 100 else 1e-7
 
     def radiance(chosen: NDArray[np.bool_], dx: Any, dy: Any) -> NDArray[np.float64]:
         """XYZ (places, pixels, 3) for offsets (places, 1) or (places, pixels)."""
         places = np.broadcast_arrays(column[chosen] + dx, row[chosen] + dy)
         origin, direction = camera_rays(camera, *(p.ravel() for p in places))
-        xyz = radiance_xyz(sphere, origin, direction, environment, light, PICTURE)
+        xyz = radiance_xyz(sphere, origin, direction, environment, light, step)
         return xyz.reshape(*places[0].shape, 3)
 
     def hits(chosen: NDArray[np.bool_], dx: Any, dy: Any) -> NDArray[np.bool_]:
