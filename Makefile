@@ -50,7 +50,7 @@ test-python: build
 # The package is installed as a user installs it (a wheel, not an editable link), so that the tests also ask whether
 # everything needed is inside. No build isolation: maturin is in the environment already, which saves a download a run.
 build: $(VENV)/tools ## build the package and install it into the test environment
-	$(BIN)/python -m pip install --quiet --no-build-isolation --no-deps --force-reinstall .
+	PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python -m pip install --quiet --no-build-isolation --no-deps --force-reinstall .
 
 $(VENV)/tools: pyproject.toml
 	@test -n "$(PYTHON)" || { echo "make: no Python >= 3.11 found; set PYTHON=/path/to/python" >&2; exit 1; }
