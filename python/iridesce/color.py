@@ -191,7 +191,8 @@ def illuminant(name: str | os.PathLike[str] | Illuminant) -> Illuminant:
     text = os.fspath(name)
     if isinstance(name, str):
         try:
-            return Illuminant._wrap(_core.Illuminant.named(text), text.strip())
+            core = _core.Illuminant.named(text)
+            return Illuminant._wrap(core, core.name)
         except ValueError:
             if not _is_file_name(text):
                 raise
@@ -621,4 +622,4 @@ def _points(angle_deg: ArrayLike, layers: list[Any]) -> tuple[tuple[int, ...], F
         thickness[..., column] = operand.full()
     angles: Floats = new_array("the angles", shape)
     angles[...] = angle.full()
-    return shape, thickness.reshape(-1, len(columns)), angles.reshape(-1)
+    return shape, thickness.reshape(angles.size, len(columns)), angles.reshape(-1)

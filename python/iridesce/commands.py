@@ -112,9 +112,9 @@ def render(
 @answers_errors
 def scenes(as_json: JsonOption = False) -> None:
     """List the built-in scenes."""
-    from iridesce.scene import builtin_scenes
+    from iridesce.scene import scene_names
 
-    names = builtin_scenes()
+    names = scene_names()
     if as_json:
         _print_json(names)
     else:
@@ -266,7 +266,7 @@ def info(as_json: JsonOption = False) -> None:
         "python": platform.python_version(),
         "platform": f"{platform.system()} {platform.machine()}",
         "threads": _threads(),
-        "simd": _core.simd_level(),
+        "simd": _core.SIMD_LEVEL,
         "libraries": {library: importlib.metadata.version(library) for library in libraries},
         "data": _data_sources(),
     }
@@ -367,10 +367,11 @@ def _plain_name(scene: str) -> str:
 
 def _check_output(path: Path) -> None:
     """Find out before a long render, not after it, that its picture has nowhere to go."""
-    from iridesce.image import check_output
-
     if path.suffix.lower() not in {".png", ".exr"}:
         raise typer.BadParameter(f"the name must end in .png or .exr, got {str(path)!r}", param_hint="-o")
+
+    from iridesce.image import check_output
+
     check_output(path)
 
 

@@ -103,7 +103,7 @@ class Medium:
 
     @property
     def kind(self) -> str:
-        """``"constant"``, ``"formula"``, ``"table"`` or ``"formula and table"``."""
+        """``"constant"``, ``"formula"``, ``"table"``, ``"formula and table"`` or ``"mixture"``."""
         return self._core.kind
 
     @property
@@ -188,7 +188,7 @@ class MediumName(str):
 
     @property
     def kind(self) -> str:
-        """``"constant"``, ``"formula"``, ``"table"`` or ``"formula and table"``."""
+        """``"constant"``, ``"formula"``, ``"table"``, ``"formula and table"`` or ``"mixture"``."""
         return _named(self).kind
 
     @property
@@ -242,8 +242,7 @@ def _index(value: Any) -> complex:
     if getattr(value, "ndim", 0) != 0:
         raise ValueError(f"{wanted}, got an array of shape {getattr(value, 'shape', None)}")
     try:
-        # Adding zero turns -0.0 into 0.0, so that equal indices are one medium.
-        return complex(value) + 0j
+        return complex(value)
     except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{wanted}, got {_shown(value)}") from None
 

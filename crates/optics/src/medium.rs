@@ -1,7 +1,7 @@
 //! Media: complex refractive index against vacuum wavelength, with source and range.
 //!
 //! `n + ik` with `k > 0` absorbs. A medium is one constant index, a page of refractiveindex.info
-//! (dispersion formula, tables, or both), or a CSV table.
+//! (dispersion formula, tables, or both), a CSV table, or a mixture of built-in media.
 //! Tables are read by linear interpolation in wavelength.
 //!
 //! ```
@@ -16,6 +16,7 @@
 mod catalogue;
 mod csv;
 mod formula;
+mod mixture;
 mod number;
 mod rows;
 mod yaml;
@@ -26,6 +27,7 @@ use crate::spectrum::Table;
 use crate::{Complex64, OpticsError};
 pub use catalogue::names;
 pub use formula::Formula;
+use mixture::Part;
 use number::{short_nm, short_range};
 
 /// Colour sums and renders ask for these wavelengths (nm); built-in media answer on all of them.
@@ -55,16 +57,19 @@ pub enum Kind {
     Table,
     /// A dispersion formula for n with a table of k.
     FormulaAndTable,
+    /// Other media mixed (Lorentz-Lorenz).
+    Mixture,
 }
 
 impl Kind {
-    /// The word for it: `"constant"`, `"formula"`, `"table"`, `"formula and table"`.
+    /// The word for it: `"constant"`, `"formula"`, `"table"`, `"formula and table"`, `"mixture"`.
     pub fn word(self) -> &'static str {
         match self {
             Kind::Constant => "constant",
             Kind::Formula => "formula",
             Kind::Table => "table",
             Kind::FormulaAndTable => "formula and table",
+            Kind::Mixture => "mixture",
         }
     }
 }
@@ -105,6 +110,7 @@ impl Real {
 enum Index {
     Constant(Complex64),
     Data { n: Real, k: Option<Table> },
+    Mixture(Vec<Part>),
 }
 
 #[derive(Debug, PartialEq)]
@@ -221,6 +227,7 @@ impl Medium {
             Index::Data { n: Real::Formula { .. }, k: None } => Kind::Formula,
             Index::Data { n: Real::Formula { .. }, k: Some(_) } => Kind::FormulaAndTable,
             Index::Data { n: Real::Table(_), .. } => Kind::Table,
+            Index::Mixture(_) => Kind::Mixture,
         }
     }
 
@@ -255,6 +262,8 @@ impl Medium {
         }
         let how = match &self.0.index {
             Index::Data { n: Real::Table(_), .. } => "the end value of the table is held",
+            Index::Mixture(_) => "the dispersion formulas of the parts are continued",
+            Index::Data { k: Some(_), .. } => "the dispersion formula is continued, the end value of k is held",
             _ => "the dispersion formula is continued",
         };
         Some(format!("{}: {how}", gaps.join(" and ")))
@@ -281,6 +290,10 @@ impl Medium {
         match &self.0.index {
             Index::Constant(index) => Ok(*index),
             Index::Data { n, k } => self.joined(n.held(wavelength_nm), k.as_ref(), wavelength_nm, place),
+            Index::Mixture(parts) => {
+                let mixed = mixture::lorentz_lorenz(parts, |medium| medium.index(wavelength_nm, Beyond::Hold))?;
+                self.sound(mixed, wavelength_nm, place)
+            }
         }
     }
 
@@ -305,6 +318,10 @@ impl Medium {
         let index = match &self.0.index {
             Index::Constant(index) => *index,
             Index::Data { n, k } => self.joined(n.continued(wavelength_nm), k.as_ref(), wavelength_nm, "")?,
+            Index::Mixture(parts) => {
+                let extended = |medium: &Medium| medium.index_extended(wavelength_nm).map(|(index, _)| index);
+                self.sound(mixture::lorentz_lorenz(parts, extended)?, wavelength_nm, "")?
+            }
         };
         Ok((index, true))
     }

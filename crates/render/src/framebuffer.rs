@@ -16,7 +16,7 @@ pub struct RenderOptions {
 }
 
 impl RenderOptions {
-    /// The most camera rays per pixel: a sum of 2^20 equal values still keeps f64 sums exact to 1e-10.
+    /// The most camera rays per pixel: a thousand times what a clean picture needs, so more is a slip of the keyboard.
     pub const MAX_SAMPLES: u32 = 1 << 20;
 }
 
@@ -76,7 +76,7 @@ impl Framebuffer {
     /// Refuses empty pictures, and those that the machine cannot hold, before anything is allocated.
     ///
     /// A render holds the planes themselves; developing and saving add at most as much again, hence the factor 2.
-    /// The memory of the machine is read from `/proc/meminfo` where there is one, else taken as 8 GiB.
+    /// The memory to be had is read from `/proc/meminfo` and the control group where they exist, else taken as 8 GiB.
     pub fn check_size(width: u32, height: u32) -> Result<(), RenderError> {
         if width == 0 || height == 0 {
             return Err(RenderError::Argument(format!(
@@ -109,11 +109,16 @@ fn plane(len: usize, value: f32, width: u32, height: u32) -> Result<Vec<f32>, Re
 /// Memory that can be had without swapping, in bytes.
 fn available_memory() -> u64 {
     const FALLBACK: u64 = 8 << 30;
-    let Ok(text) = std::fs::read_to_string("/proc/meminfo") else { return FALLBACK };
-    text.lines()
-        .find_map(|line| line.strip_prefix("MemAvailable:"))
-        .and_then(|rest| rest.trim().trim_end_matches("kB").trim().parse::<u64>().ok())
-        .map_or(FALLBACK, |kib| kib << 10)
+    let read = |path: &str| std::fs::read_to_string(path).ok();
+    let number = |path: &str| read(path)?.trim().parse::<u64>().ok();
+    let machine = read("/proc/meminfo").and_then(|text| {
+        let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+        line.trim().trim_end_matches("kB").trim().parse::<u64>().ok().map(|kib| kib << 10)
+    });
+    // A container is killed, not refused, beyond its limit ("max" where there is none, which is no number).
+    let limit = number("/sys/fs/cgroup/memory.max").zip(number("/sys/fs/cgroup/memory.current"));
+    let group = limit.map(|(limit, used)| limit.saturating_sub(used));
+    machine.unwrap_or(FALLBACK).min(group.unwrap_or(u64::MAX))
 }
 
 /// `3.2 GiB` and the like.

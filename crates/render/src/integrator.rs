@@ -8,8 +8,8 @@
 //!
 //! At a film both branches are followed. One that leaves the scene is added up on the spot; one that goes on may be
 //! left out only by chance, never dropped: below [`FAINT`] it survives with probability in proportion to its
-//! luminance; after `max_depth` hits with probability 1/2; and where two go on after `max_depth`, one is chosen in
-//! proportion to luminance. Every such choice is made against the scene's mean light: what the branch would find if
+//! luminance; after `max_depth` hits below the luminance it had there; and where two go on after `max_depth`, one is
+//! chosen in proportion to luminance. So no weight ever grows, and the walk ends. Every such choice is made against the scene's mean light: what the branch would find if
 //! its surroundings had their mean radiance is added for certain, and only the difference from that is left to
 //! chance. In a uniform environment nothing at all is.
 
@@ -41,6 +41,8 @@ struct Path {
     slot: usize,
     hits: u32,
     medium: u16,
+    /// The luminance below which it survives only by chance.
+    floor: f32,
     /// U and V are zero (and their storage is stale).
     in_plane: bool,
 }
@@ -162,6 +164,7 @@ impl<'a> Tracer<'a> {
             slot,
             hits: 0,
             medium: SURROUNDING,
+            floor: FAINT,
             in_plane: true,
         };
         let mut sums = Sums([f32x16::splat(simd, 0.0); 3]);
@@ -342,12 +345,16 @@ impl<'a> Tracer<'a> {
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) -> bool {
-        let deep = path.hits >= self.scene.max_depth;
-        if luminance >= FAINT && !deep {
+        if path.hits == self.scene.max_depth {
+            // From here on the walk is a game of chance at the luminance it has now. A fixed chance would not do: at
+            // grazing angles hardly anything is lost at a hit, and weights would grow without bound.
+            path.floor = luminance.max(FAINT);
+        }
+        if luminance >= path.floor {
             return true;
         }
-        // A branch without luminance (or, by rounding, below zero) may still carry colour: the odds have a floor.
-        let odds = (luminance / FAINT).clamp(1e-3, if deep { 0.5 } else { 1.0 });
+        // A branch without luminance (or, by rounding, below zero) may still carry colour: the odds have a least value.
+        let odds = (luminance / path.floor).max(1e-3);
         self.add_mean_light(simd, path, 1.0, sums);
         let survives = choices.next() < odds;
         if survives {

@@ -1,8 +1,7 @@
 //! From a validated scene to flat arrays that the integrator walks: nothing here depends on a ray.
 
 use iridesce_optics::{Complex64, Medium, OpticsError};
-use iridesce_scene::{EnvironmentSource, Light, Scene, Shape, Surface};
-use iridesce_thickness::ThicknessModel;
+use iridesce_scene::{EnvironmentSource, Light, Scene, Shape, Surface, ThicknessModel};
 
 use crate::camera::RayCamera;
 use crate::film::FilmTable;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use iridesce_optics::Medium;
 use iridesce_optics::color::Illuminant;
-use iridesce_thickness::ThicknessModel;
+pub use iridesce_thickness::ThicknessModel;
 
 use crate::tree::Node;
 

@@ -6,6 +6,8 @@
 
 use std::f64::consts::PI;
 
+use fearless_simd::{Level, dispatch};
+
 use super::stack_color::Quantity;
 use crate::incidence::{Incidence, sqrt_upper};
 use crate::{Complex64, Polarization};
@@ -117,6 +119,13 @@ impl FilmSpectrum {
 
     /// The spectrum at one thickness, into `out` (as long as the wavelengths).
     pub(super) fn evaluate(&self, thickness_nm: f64, out: &mut [f64]) {
+        // The loops below are plain; here they are compiled for the widest vectors this machine has. Nothing in them is
+        // reordered or fused, so every machine gives the same bits.
+        dispatch!(Level::new(), _simd => self.add_all(thickness_nm, out));
+    }
+
+    #[inline(always)]
+    fn add_all(&self, thickness_nm: f64, out: &mut [f64]) {
         let share = 1.0 / self.ratios.len() as f64;
         out.fill(0.0);
         for ratio in &self.ratios {
@@ -128,6 +137,7 @@ impl FilmSpectrum {
         }
     }
 
+    #[inline(always)]
     fn add_lossless(&self, ratio: &Ratio, thickness_nm: f64, share: f64, out: &mut [f64]) {
         let len = out.len();
         let [a0, a1, a2, _, a4] = ratio.a.each_ref().map(|column| &column[..len]);
@@ -140,16 +150,28 @@ impl FilmSpectrum {
         }
     }
 
+    #[inline(always)]
     fn add_general(&self, ratio: &Ratio, thickness_nm: f64, share: f64, out: &mut [f64]) {
-        for (i, out) in out.iter_mut().enumerate() {
-            let (cos, sin) = cos_sin_turns(self.turns_per_nm[i] * thickness_nm);
-            let decay = self.decay_per_nm[i];
-            // Where a film absorbs nothing the exponential is not worth its time.
-            let g = if decay == 0.0 { 1.0 } else { (-decay * thickness_nm).exp() };
-            let (a, b) = (&ratio.a, &ratio.b);
-            let above = a[0][i] + a[1][i] * g * g + g * (a[2][i] * cos - a[3][i] * sin + a[4][i]);
-            let below = 1.0 + b[0][i] * g * g + g * (b[1][i] * cos - b[2][i] * sin);
-            *out += share * above / below;
+        // The exponential is a call: worked out a block at a time, so that it does not stand in the way of the vectors.
+        const BLOCK: usize = 64;
+        let mut decayed = [1.0; BLOCK];
+        for start in (0..out.len()).step_by(BLOCK) {
+            let end = out.len().min(start + BLOCK);
+            let len = end - start;
+            for (g, decay) in decayed.iter_mut().zip(&self.decay_per_nm[start..end]) {
+                *g = if *decay == 0.0 { 1.0 } else { (-decay * thickness_nm).exp() };
+            }
+            let out = &mut out[start..end];
+            let [a0, a1, a2, a3, a4] = ratio.a.each_ref().map(|column| &column[start..end]);
+            let [b0, b1, b2] = ratio.b.each_ref().map(|column| &column[start..end]);
+            let (turns, decayed) = (&self.turns_per_nm[start..end], &decayed[..len]);
+            for i in 0..len {
+                let (cos, sin) = cos_sin_turns(turns[i] * thickness_nm);
+                let g = decayed[i];
+                let above = a0[i] + a1[i] * g * g + g * (a2[i] * cos - a3[i] * sin + a4[i]);
+                let below = 1.0 + b0[i] * g * g + g * (b1[i] * cos - b2[i] * sin);
+                out[i] += share * above / below;
+            }
         }
     }
 }

@@ -12,7 +12,7 @@ use super::single_film::{FilmSpectrum, normal_wavenumber};
 use super::space::{Adaptation, Space};
 use super::sums::{Grid, Weights};
 use crate::incidence::Incidence;
-use crate::stack::solve_angle;
+use crate::stack::{self, Solver};
 use crate::{Complex64, Medium, OpticsError, Polarization};
 
 /// Which power ratio is looked at.
@@ -315,7 +315,7 @@ impl<'a> AtAngle<'a> {
         self.values.resize(level.weights.wavelength_nm.len(), 0.0);
         match &self.films[halvings] {
             Some(Film::Single(film)) => film.evaluate(thickness_nm[0], &mut self.values),
-            _ => general(&self.of.request, level, self.angle_deg, thickness_nm, &mut self.values)?,
+            _ => general(&self.of.request, level, self.incidence, thickness_nm, &mut self.values)?,
         }
         Ok(level.columns.each_ref().map(|weights| dot(weights, &self.values)))
     }
@@ -359,25 +359,21 @@ fn halvings_for(fringe: f64, thickness_nm: &[f64]) -> Result<usize, OpticsError>
 fn general(
     request: &ColorRequest,
     level: &Level,
-    angle_deg: f64,
+    incidence: Incidence,
     thickness_nm: &[f64],
     out: &mut [f64],
 ) -> Result<(), OpticsError> {
-    let polarizations = request.polarization.parts();
-    let share = 1.0 / polarizations.len() as f64;
     let media = request.media.len();
+    let (mut solver, mut scratch) = (Solver::new(), Vec::new());
     for (i, (&nm, value)) in level.weights.wavelength_nm.iter().zip(out).enumerate() {
-        *value = 0.0;
-        for &polarization in polarizations {
-            let n = &level.indices[i * media..][..media];
-            let solved = solve_angle(n, thickness_nm, &request.coherent, nm, angle_deg, polarization)?;
-            *value += share
-                * match request.quantity {
-                    Quantity::Reflectance => solved.reflectance,
-                    Quantity::Transmittance => solved.transmittance,
-                    Quantity::Absorptance => 1.0 - solved.reflectance - solved.transmittance,
-                };
-        }
+        let n = &level.indices[i * media..][..media];
+        stack::check(n, thickness_nm, &request.coherent, nm)?;
+        solver.prepare(n, thickness_nm, &request.coherent, nm, incidence);
+        *value = match request.quantity {
+            Quantity::Reflectance => solver.powers(request.polarization)?.reflectance,
+            Quantity::Transmittance => solver.powers(request.polarization)?.transmittance,
+            Quantity::Absorptance => solver.absorptance(request.polarization, &mut scratch)?,
+        };
     }
     Ok(())
 }
@@ -452,7 +448,7 @@ mod tests {
                         let mut at = AtAngle::new(&made, deg).unwrap();
                         let (fast, ..) = at.color(&[t]).unwrap();
                         let (level, mut values) = (made.level(0).unwrap(), vec![0.0; at.values.len()]);
-                        general(&made.request, level, deg, &[t], &mut values).unwrap();
+                        general(&made.request, level, at.incidence, &[t], &mut values).unwrap();
                         let slow = level.columns.each_ref().map(|w| dot(w, &values));
                         close(fast, slow, 2e-14);
                     }

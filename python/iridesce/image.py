@@ -1,0 +1,297 @@
+"""Pictures: linear XYZ inside, display encoding only on the way out."""
+
+from __future__ import annotations
+
+import json
+import math
+import numbers
+import operator
+import os
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from iridesce import _core
+
+__all__ = ["Image", "check_output"]
+
+_Floats = npt.NDArray[np.float32]
+
+_EXTENSIONS = (".png", ".exr")
+_SPACES = ("srgb", "display-p3", "rec2020")
+_GAMUTS = ("hue", "clip")
+_MAX_STOPS = 64.0
+
+
+class Image:
+    """A picture: relative XYZ for every pixel, what was seen there, and how it was made.
+
+    xyz            relative tristimulus values, a white of radiance 1 has Y = 1; row 0 on top    (height, width, 3)
+    depth          distance along the ray, scene units, inf where nothing was met                (height, width)
+    thickness_nm   thickness of the first film, NaN off films                                    (height, width)
+    normal         unit normal of the first surface, world axes, zero where nothing was met      (height, width, 3)
+    metadata       what is known of how the picture was made; see the property
+    Raises         ValueError where shapes differ or ``xyz`` is not finite, naming the place
+
+    :func:`iridesce.render` makes these; your own arrays make one too (the mean of two renders, a chart):
+
+    >>> import numpy as np, iridesce as ir
+    >>> grey = ir.Image(np.full((2, 3, 3), [0.95046, 1.0, 1.08906]) * 0.18)     # 18 % of D65
+    >>> grey.shape, grey.width, grey.height
+    ((2, 3, 3), 3, 2)
+    >>> [round(float(v), 3) for v in grey.rgb()[0, 0]]
+    [0.461, 0.461, 0.461]
+
+    Arrays are copied and read-only: a picture does not change after it is made.
+    """
+
+    def __init__(
+        self,
+        xyz: npt.ArrayLike,
+        *,
+        depth: npt.ArrayLike | None = None,
+        thickness_nm: npt.ArrayLike | None = None,
+        normal: npt.ArrayLike | None = None,
+        metadata: dict[str, Any] | None = None,
+    ) -> None:
+        xyz_ = _plane("xyz", xyz, None, 3)
+        size = (xyz_.shape[0], xyz_.shape[1])
+        bad = ~np.isfinite(xyz_)
+        if bad.any():
+            place = tuple(int(i) for i in np.argwhere(bad)[0])
+            raise ValueError(f"xyz must be finite, got {float(xyz_[place])} at index {place}")
+        planes = {
+            "depth": np.full(size, np.inf, np.float32) if depth is None else _plane("depth", depth, size, None),
+            "thickness_nm": np.full(size, np.nan, np.float32)
+            if thickness_nm is None
+            else _plane("thickness_nm", thickness_nm, size, None),
+            "normal": np.zeros((*size, 3), np.float32) if normal is None else _plane("normal", normal, size, 3),
+        }
+        self._set(xyz_, planes, dict(metadata or {}))
+
+    @classmethod
+    def _of_render(cls, xyz: _Floats, planes: dict[str, _Floats], facts: dict[str, Any]) -> Image:
+        """Takes over the arrays of a finished render without a copy."""
+        image = cls.__new__(cls)
+        image._set(xyz, planes, facts)
+        return image
+
+    def _set(self, xyz: _Floats, planes: dict[str, _Floats], facts: dict[str, Any]) -> None:
+        for array in (xyz, *planes.values()):
+            array.flags.writeable = False
+        self._xyz = xyz
+        self._planes = planes
+        self._facts = facts
+        self._developed: dict[str, Any] | None = None
+
+    def __repr__(self) -> str:
+        made = f", {self._facts['samples']} samples" if "samples" in self._facts else ""
+        return f"<iridesce.Image {self.width} x {self.height}{made}>"
+
+    @property
+    def xyz(self) -> _Floats:
+        """Relative XYZ, float32, (height, width, 3), row 0 on top; read-only. Nothing is denoised or clamped."""
+        return self._xyz
+
+    @property
+    def channels(self) -> dict[str, _Floats]:
+        """Planes of the first surface that the middle of each pixel meets, float32, read-only.
+
+        ``"depth"``          distance along the ray, scene units, inf where there is no surface      (height, width)
+        ``"thickness_nm"``   film thickness, NaN off films                                           (height, width)
+        ``"normal"``         unit normal, world axes, zero where there is no surface                 (height, width, 3)
+        """
+        return dict(self._planes)
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """(height, width, 3), the shape of :attr:`xyz`."""
+        return (self._xyz.shape[0], self._xyz.shape[1], 3)
+
+    @property
+    def width(self) -> int:
+        """Columns."""
+        return self._xyz.shape[1]
+
+    @property
+    def height(self) -> int:
+        """Rows."""
+        return self._xyz.shape[0]
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """How the picture was made, and how it was last developed (a new dict at each call).
+
+        Of a render: ``samples``, ``seed``, ``seconds`` (wall time of the rendering), ``threads``, ``backend``, ``simd``
+        (the instruction set: the same bytes are promised for the same one), ``version``, and ``scene``, the whole scene
+        as a dict with these samples, seed and size, so that ``ir.render(image.metadata["scene"])`` repeats it.
+
+        Of the latest ``rgb()`` or ``save()`` of a PNG, or before the first of them what ``save("x.png")`` would do:
+        ``exposure`` (stops), ``space``, ``gamut``, ``out_of_gamut`` (share of pixels, 0 to 1, that the space could not hold
+        and that were mapped into it) and ``overexposed`` (the part of them that was too bright).
+        """
+        if self._developed is None:
+            self._develop("srgb", self._stops("auto"), "hue")
+        return {**self._facts, **(self._developed or {})}
+
+    def rgb(self, space: str = "srgb", exposure: float | str = 0.0, gamut: str = "hue") -> _Floats:
+        """The picture for a display: encoded RGB in [0, 1], float32, (height, width, 3).
+
+        space      ``"srgb"``, ``"display-p3"`` or ``"rec2020"``
+        exposure   stops, -64 to 64: XYZ are multiplied by 2**exposure first; or ``"auto"``, see below
+        gamut      what happens to colours outside the space; those inside are exact either way.
+                   ``"hue"``: Oklab hue is kept. A colour with negative components loses chroma at the same lightness until
+                   it fits. A colour whose largest component is m > 1 is scaled by 1/m and then goes the share 1 - 1/m of
+                   the straight line to white: highlights whiten as on film.
+                   ``"clip"``: each component is clipped to [0, 1]; hues shift.
+        Raises     ValueError naming the argument, the value and what is allowed
+
+        ``"auto"`` is log2(0.9 / p) rounded to a hundredth, p the 99th percentile of the largest linear Rec.709 component (of
+        a grey: of Y) over the pixels that show a surface, or over all pixels where surfaces fill less than a hundredth of
+        the picture: the films are shown whole, lamps behind them may be white. 0 for a black picture.
+
+        >>> import iridesce as ir
+        >>> picture = ir.Image([[[0.4124, 0.2126, 0.0193]]])        # the red of sRGB
+        >>> [round(float(v), 3) for v in picture.rgb(exposure=-1.0)[0, 0]]
+        [0.735, 0.0, 0.0]
+        """
+        _one_of("space", space, _SPACES)
+        _one_of("gamut", gamut, _GAMUTS)
+        return self._develop(space, self._stops(exposure), gamut)
+
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        exposure: float | str = "auto",
+        *,
+        space: str = "srgb",
+        gamut: str = "hue",
+        bits: int = 8,
+    ) -> None:
+        """Writes the picture: a whole file or none. What was at ``path`` stays until the new file is complete.
+
+        path       ``.png``: developed as :meth:`rgb` does, tagged with its colour space, the render's facts as text.
+                   ``.exr``: everything in float32, linear, no exposure and no mapping: ``R G B`` (linear Rec.709),
+                   ``XYZ.X XYZ.Y XYZ.Z``, ``depth.Z``, ``thickness_nm``, ``normal.X normal.Y normal.Z``, and the facts as
+                   attributes; ``exposure``, ``space``, ``gamut`` and ``bits`` have no bearing on it
+        exposure   as in :meth:`rgb`
+        space      as in :meth:`rgb`
+        gamut      as in :meth:`rgb`
+        bits       of a PNG channel, 8 or 16
+        Raises     ValueError for a wrong argument or an extension other than these;
+                   OSError (FileNotFoundError, PermissionError, ...) naming the file where it cannot be written
+
+        Files hold no times or thread counts: the same render gives the same bytes.
+        """
+        name = _file_name(path)
+        _one_of("space", space, _SPACES)
+        _one_of("gamut", gamut, _GAMUTS)
+        if isinstance(bits, bool) or bits not in (8, 16):
+            raise ValueError(f"bits must be 8 or 16, got {bits!r}")
+        stops = self._stops(exposure)
+        if name.lower().endswith(".exr"):
+            planes = (self._planes["depth"], self._planes["thickness_nm"], self._planes["normal"])
+            _core.save_exr(name, self._xyz, *planes, self._file_facts())
+            return
+        _core.check_output(name)
+        rgb = self._develop(space, stops, gamut)
+        developed = self._developed or {}
+        _core.save_png(name, rgb, int(bits), space, self._file_facts() + list(developed.items()))
+
+    def _repr_png_(self) -> bytes:
+        """What a notebook shows: sRGB, automatic exposure."""
+        before = self._developed
+        try:
+            return _core.png_bytes(self._develop("srgb", self._stops("auto"), "hue"), "srgb")
+        finally:
+            self._developed = before  # showing a picture is no statement about it
+
+    def _stops(self, exposure: float | str) -> float:
+        if isinstance(exposure, str):
+            if exposure != "auto":
+                raise ValueError(f'exposure must be a number of stops or "auto", got {exposure!r}')
+            return float(_core.auto_exposure(self._xyz, self._planes["depth"]))
+        number = isinstance(exposure, numbers.Real) and not isinstance(exposure, (bool, np.bool_))
+        stops = float(exposure) if number else math.nan
+        if not -_MAX_STOPS <= stops <= _MAX_STOPS:
+            allowed = f'a number of stops from -{_MAX_STOPS:g} to {_MAX_STOPS:g} or "auto"'
+            raise ValueError(f"exposure must be {allowed}, got {exposure!r}")
+        return stops
+
+    def _develop(self, space: str, stops: float, gamut: str) -> _Floats:
+        rgb, out_of_gamut, overexposed = _core.develop_image(self._xyz, space, stops, gamut)
+        self._developed = {
+            "exposure": stops,
+            "space": space,
+            "gamut": gamut,
+            "out_of_gamut": out_of_gamut,
+            "overexposed": overexposed,
+        }
+        return rgb  # type: ignore[no-any-return]
+
+    def _file_facts(self) -> list[tuple[str, str | int | float]]:
+        """What a file says of its picture: enough to repeat it, nothing that varies from run to run."""
+        facts: list[tuple[str, str | int | float]] = [("Software", f"iridesce {_core.__version__}")]
+        for key in ("backend", "simd", "samples", "seed"):
+            if key in self._facts:
+                value = self._facts[key]
+                # A seed has 64 bits, more than the integers of an EXR attribute.
+                facts.append((key, str(value) if key == "seed" else value))
+        if "scene" in self._facts:
+            # ASCII: EXR attributes hold nothing else.
+            facts.append(("scene", json.dumps(self._facts["scene"], allow_nan=False, default=_plain)))
+        return facts
+
+
+def check_output(path: str | os.PathLike[str]) -> None:
+    """Raises what ``Image.save(path)`` would raise about the path itself; writes nothing.
+
+    Asked before a long render: an extension other than .png and .exr is a ValueError, a folder that is missing or takes
+    no new file an OSError.
+    """
+    _core.check_output(_file_name(path))
+
+
+def _file_name(path: str | os.PathLike[str]) -> str:
+    if not isinstance(path, (str, os.PathLike)):
+        raise ValueError(f"path must be a file name ending in .png or .exr, got {path!r}")
+    name = os.fsdecode(os.fspath(path))
+    if os.path.splitext(name)[1].lower() not in _EXTENSIONS:
+        raise ValueError(f"path must end in .png or .exr, got {name!r}")
+    if "\0" in name:
+        raise ValueError(f"path must not contain a zero byte, got {name!r}")
+    return name
+
+
+def _one_of(argument: str, value: object, allowed: tuple[str, ...]) -> None:
+    if not isinstance(value, str) or value not in allowed:
+        raise ValueError(f"{argument} must be one of {', '.join(repr(a) for a in allowed)}, got {value!r}")
+
+
+def _plane(name: str, values: npt.ArrayLike, size: tuple[int, int] | None, depth: int | None) -> _Floats:
+    """A new contiguous float32 array of the right shape."""
+    last = () if depth is None else (depth,)
+    try:
+        array = np.array(values, dtype=np.float32, order="C", copy=True)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name} must be an array of numbers: {error}") from None
+    if size is None:
+        good = array.ndim == 3 and array.shape[2] == depth and array.size > 0
+        if not good:
+            raise ValueError(f"{name} must have shape (height, width, 3), at least one pixel, got {array.shape}")
+    elif array.shape != (*size, *last):
+        raise ValueError(f"{name} must have shape {(*size, *last)} like xyz, got {array.shape}")
+    return array
+
+
+def _plain(value: object) -> object:
+    """Numpy scalars and arrays, for JSON."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    try:
+        return operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        return str(value)

@@ -1,0 +1,136 @@
+"""From a scene to its picture."""
+
+from __future__ import annotations
+
+import contextlib
+import operator
+import os
+import warnings
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from iridesce import _core
+from iridesce.errors import ResourceError
+from iridesce.image import Image
+
+if TYPE_CHECKING:
+    from iridesce.scene import Scene
+
+__all__ = ["render"]
+
+_MAX_THREADS = 1024
+_MAX_SIDE = 2**32 - 1
+
+
+def render(
+    scene: Scene | str | os.PathLike[str] | dict[str, Any],
+    samples: int | None = None,
+    seed: int | None = None,
+    size: tuple[int, int] | None = None,
+    threads: int | None = None,
+    backend: str = "cpu",
+    progress: Callable[[int, int], object] | bool | None = None,
+) -> Image:
+    """Renders a scene.
+
+    scene      a Scene, the name of a built-in one, a path, or a dict of the same shape as a scene file
+    samples    camera rays per pixel, each with the whole spectrum and all branches that matter, 1 to 1048576
+    seed       0 to 2**64 - 1; different seeds give independent noise
+    size       (width, height) in pixels
+    threads    worker threads, 1 to 1024; None uses all cores, or RAYON_NUM_THREADS
+    backend    ``"cpu"``, the only one built in
+    progress   called as ``progress(done_pixels, total_pixels)`` from the calling thread, some thirty times a second at
+               most and once at the end; an exception from it stops the render and is passed on. True draws a bar on
+               stderr. The callback may also be used to draw one's own
+    Returns    an :class:`iridesce.Image`
+    Raises     ValueError for a wrong argument; iridesce.SceneError for a wrong scene; iridesce.ResourceError, before
+               anything is computed, for a picture that does not fit into memory; KeyboardInterrupt on Ctrl-C
+
+    ``None`` takes the scene's own value. The same scene, samples, seed, size and SIMD level give the same bytes for any
+    number of threads. A pixel is the plain mean over its own square; nothing is denoised or clamped.
+
+    >>> import iridesce as ir
+    >>> image = ir.render("soap-bubble", samples=1, size=(8, 6))
+    >>> image.xyz.shape, image.metadata["samples"]
+    ((6, 8, 3), 1)
+    """
+    if backend != "cpu":
+        gpu = " (this iridesce has no GPU back end built in)" if backend == "gpu" else ""
+        raise ValueError(f'backend must be "cpu", got {backend!r}{gpu}')
+    samples = _integer("samples", samples, 1, _core.MAX_SAMPLES)
+    seed = _integer("seed", seed, 0, 2**64 - 1)
+    threads = _integer("threads", threads, 1, _MAX_THREADS)
+    size = _size(size)
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        raise ValueError(f"progress must be a function of (done, total), True, False or None, got {progress!r}")
+
+    from iridesce.scene import Scene
+
+    if not isinstance(scene, Scene):
+        scene = Scene.load(scene)
+    for name in scene._core.extended_media():
+        warnings.warn(
+            f'the data of medium "{name}" stop inside 360..830 nm; the render continues them as ir.media() states',
+            stacklevel=2,
+        )
+    tree = scene.to_dict()
+    with _bar() if progress is True else contextlib.nullcontext(progress or None) as advance:
+        xyz, depth, thickness_nm, normal, info = _core.render_scene(
+            scene._core, samples, seed, size, threads, advance
+        )
+    samples, seed, seconds, simd, threads = info
+    # The scene as it was rendered: what it says can be rendered again.
+    tree["camera"] = {**tree["camera"], "resolution": [xyz.shape[1], xyz.shape[0]]}
+    tree["render"] = {**tree.get("render", {}), "samples": samples, "seed": seed}
+    facts = {
+        "samples": samples,
+        "seed": seed,
+        "seconds": seconds,
+        "threads": threads,
+        "backend": backend,
+        "simd": simd,
+        "version": _core.__version__,
+        "scene": tree,
+    }
+    return Image._of_render(xyz, {"depth": depth, "thickness_nm": thickness_nm, "normal": normal}, facts)
+
+
+def _integer(name: str, value: object, least: int, most: int) -> int | None:
+    if value is None:
+        return None
+    try:
+        # bool is an int to Python, but samples=True is a slip.
+        number = None if type(value).__name__ in ("bool", "bool_") else operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        number = None
+    if number is None or not least <= number <= most:
+        raise ValueError(f"{name} must be a whole number from {least} to {most}, or None, got {value!r}")
+    return number
+
+
+def _size(size: object) -> tuple[int, int] | None:
+    if size is None:
+        return None
+    try:
+        sides = [operator.index(side) for side in size]  # type: ignore[attr-defined]
+    except TypeError:
+        sides = []
+    if isinstance(size, (str, bytes)) or len(sides) != 2 or min(sides) < 1:
+        raise ValueError(f"size must be (width, height), two whole numbers of at least 1, or None, got {size!r}")
+    width, height = sides
+    if max(sides) > _MAX_SIDE:
+        raise ResourceError(f"an image of {width} x {height} pixels cannot fit; at most {_MAX_SIDE} a side")
+    return width, height
+
+
+@contextlib.contextmanager
+def _bar() -> Iterator[Callable[[int, int], None]]:
+    """A bar with the time left, on stderr; rich draws none where that is no terminal and obeys NO_COLOR."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("rendering"), BarColumn(), TaskProgressColumn(), TextColumn("left"), TimeRemainingColumn())
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("rendering", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
