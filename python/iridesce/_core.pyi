@@ -50,7 +50,7 @@ def media_names() -> list[str]: ...
 def stack_evaluate(
     quantity: str,
     polarization: str,
-    indices: _C128,
+    indices: list[_C128],
     media: list[int],
     coherent: list[bool],
     arguments: list[tuple[_F64, list[int]]],

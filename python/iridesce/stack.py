@@ -368,10 +368,10 @@ class Stack(_Fixed):
         """
         self._must_be_one_film()
         wavelength = real_operand("wavelength_nm", wavelength_nm, low=0.0, includes_low=False)
-        indices = np.array([_indices(medium, wavelength.values) for medium in self.media])
-        if np.any(indices.imag != 0.0):
+        indices = [_indices(medium, wavelength.values) for medium in self.media]
+        if any(np.any(index.imag != 0.0) for index in indices):
             raise ValueError("the two-beam form takes real indices: every medium must have k = 0")
-        n = indices.real
+        n = [np.broadcast_to(index.real, wavelength.values.shape) for index in indices]
         r12, r23 = (n[0] - n[1]) / (n[0] + n[1]), (n[1] - n[2]) / (n[1] + n[2])
         dark = r12 * r23 == 0.0
         if np.any(dark):
@@ -508,12 +508,9 @@ class Stack(_Fixed):
     ) -> None:
         """Indices once per wavelength and different medium, then one call into the core."""
         count = checked_threads(threads)
-        wavelength_nm = arguments[0].values
         rows: dict[Medium, int] = {}
         media = [rows.setdefault(medium, len(rows)) for medium in self.media]
-        indices = new_array("the table of indices", (len(rows), wavelength_nm.size), np.complex128)
-        for medium, row in rows.items():
-            indices[row] = _indices(medium, wavelength_nm).reshape(-1)
+        indices = [_indices(medium, arguments[0].values).reshape(-1) for medium in rows]
         _core.stack_evaluate(
             quantity,
             polarization,
@@ -551,7 +548,9 @@ def _constant_index(medium: Medium) -> complex | None:
 
 
 def _indices(medium: Medium, wavelength_nm: Floats) -> npt.NDArray[np.complex128]:
-    """The medium's index at each wavelength; `ValueError` outside its data."""
+    """The medium's index at each wavelength, or a single one where it is constant; `ValueError` outside its data."""
+    if medium.kind == "constant":
+        return np.array(_constant_index(medium))
     if medium.range_nm is not None:
         low, high = medium.range_nm
         outside = (wavelength_nm < low) | (wavelength_nm > high)

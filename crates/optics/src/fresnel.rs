@@ -97,8 +97,8 @@ pub(crate) fn between(
 pub(crate) const MODULUS_RANGE: (f64, f64) = (1e-12, 1e12);
 
 pub(crate) fn check_finite_index(n: Complex64, which: &str) -> Result<(), OpticsError> {
-    let modulus = n.norm();
-    if n.re >= 0.0 && modulus >= MODULUS_RANGE.0 && modulus <= MODULUS_RANGE.1 {
+    let square = n.norm_sqr();
+    if n.re >= 0.0 && square >= MODULUS_RANGE.0 * MODULUS_RANGE.0 && square <= MODULUS_RANGE.1 * MODULUS_RANGE.1 {
         return Ok(());
     }
     Err(OpticsError::Argument(format!(

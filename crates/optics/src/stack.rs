@@ -132,8 +132,8 @@ fn respond(
     Ok(Response { reflectance: powers.reflectance, transmittance: powers.transmittance, amplitudes })
 }
 
-/// The share of the incident power absorbed in each layer (negative for gain); with R and T it makes 1, apart from
-/// nothing: what the last medium takes in is T.
+/// The share of the incident power absorbed in each layer (negative for gain); with R and T it makes 1. What an
+/// absorbing last medium takes in is T.
 pub fn layer_absorptance(
     indices: &[Complex64],
     thickness_nm: &[f64],

@@ -3,7 +3,7 @@
 use iridesce::optics::incidence::Incidence;
 use iridesce::optics::stack::{self, Solver};
 use iridesce::optics::{Complex64, OpticsError, Polarization, film};
-use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray1};
+use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -80,8 +80,8 @@ impl<'a> Operand<'a> {
 struct Job<'a> {
     quantity: Quantity,
     polarization: Polarization,
-    /// Indices by wavelength, then by medium of the stack.
-    indices: Vec<Complex64>,
+    /// For each medium of the stack its indices: one a wavelength, or a single one that holds at all of them.
+    indices: Vec<&'a [Complex64]>,
     coherent: Vec<bool>,
     shape: Vec<usize>,
     /// Wavelength, angle, then one thickness a layer.
@@ -95,8 +95,8 @@ struct Task<'a> {
     out: [&'a mut [f64]; 2],
 }
 
-/// Evaluates a stack. `indices` holds a row of each different medium over the wavelengths, `media` the row of each medium
-/// of the stack. Each of `arguments` (wavelength, angle, then the thickness of each layer) comes as flat values with its
+/// Evaluates a stack. `indices` holds for each different medium its index at every wavelength, or a single one that holds at
+/// all of them; `media` says which of these each medium of the stack has. Each of `arguments` (wavelength, angle, then the thickness of each layer) comes as flat values with its
 /// strides along the axes of `shape`. Results are written into `out` and, where there are two, `second`.
 #[pyfunction]
 #[pyo3(signature = (quantity, polarization, indices, media, coherent, arguments, shape, out, second, threads))]
@@ -105,7 +105,7 @@ fn stack_evaluate<'py>(
     py: Python<'py>,
     quantity: &str,
     polarization: &str,
-    indices: PyReadonlyArray2<'py, Complex64>,
+    indices: Vec<PyReadonlyArray1<'py, Complex64>>,
     media: Vec<usize>,
     coherent: Vec<bool>,
     arguments: Vec<(PyReadonlyArray1<'py, f64>, Vec<usize>)>,
@@ -117,23 +117,21 @@ fn stack_evaluate<'py>(
     let quantity = Quantity::named(quantity)?;
     let polarization = Polarization::named(polarization).map_err(value_error)?;
     let layers = coherent.len();
-    let wavelengths = indices.as_array().ncols();
-    if media.len() != layers + 2 || arguments.len() != layers + 2 || arguments[0].0.len()? != wavelengths {
+    if media.len() != layers + 2 || arguments.len() != layers + 2 || media.iter().any(|&which| which >= indices.len()) {
         return Err(PyValueError::new_err("media, coherent flags, arguments and indices do not belong together"));
     }
-    let table = indices.as_slice()?;
-    let rows = indices.as_array().nrows();
-    if media.iter().any(|&row| row >= rows) {
-        return Err(PyValueError::new_err("a medium has no row in indices"));
+    let wavelengths = arguments[0].0.len()?;
+    let tables = indices.iter().map(|table| Ok(table.as_slice()?)).collect::<PyResult<Vec<_>>>()?;
+    if tables.iter().any(|table| table.len() != 1 && table.len() != wavelengths) {
+        return Err(PyValueError::new_err("indices do not fit the wavelengths"));
     }
-    let indices: Vec<Complex64> =
-        (0..wavelengths).flat_map(|w| media.iter().map(move |&row| table[row * wavelengths + w])).collect();
+    let indices = media.iter().map(|&which| tables[which]).collect();
     let operands = arguments
         .iter()
         .map(|(values, strides)| Operand::new(values.as_slice()?, strides.clone(), &shape))
         .collect::<PyResult<Vec<_>>>()?;
     let job = Job { quantity, polarization, indices, coherent, shape, operands };
-    job.check().map_err(value_error)?;
+    job.check_phases().map_err(value_error)?;
 
     let count: usize = job.shape.iter().product();
     let widths = quantity.widths(layers);
@@ -190,16 +188,8 @@ fn tasks<'a>(count: usize, widths: [usize; 2], mut first: &'a mut [f64], mut sec
 }
 
 impl Job<'_> {
-    fn media(&self) -> usize {
-        self.coherent.len() + 2
-    }
-
-    /// The checks of `stack::check` that need the indices; values were checked where their arrays came in.
-    fn check(&self) -> Result<(), OpticsError> {
-        for (&wavelength_nm, indices) in self.operands[0].values.iter().zip(self.indices.chunks(self.media())) {
-            stack::check_indices(indices, &self.coherent)
-                .map_err(|error| OpticsError::Argument(format!("{error} (at wavelength_nm = {wavelength_nm})")))?;
-        }
+    /// The part of `stack::check` that looks at thickness and wavelength together.
+    fn check_phases(&self) -> Result<(), OpticsError> {
         let shortest = self.operands[0].values.iter().copied().fold(f64::INFINITY, f64::min);
         for (j, layer) in self.operands[2..].iter().enumerate() {
             let thickest = layer.values.iter().copied().fold(0.0, f64::max);
@@ -225,6 +215,8 @@ impl Job<'_> {
             .map(|operand| operand.strides.iter().zip(&place).map(|(stride, index)| stride * index).sum())
             .collect();
         let mut incidence: Option<(f64, Incidence)> = None;
+        let mut indices = vec![Complex64::default(); self.indices.len()];
+        let mut indices_at = usize::MAX;
         for element in 0..task.count {
             let angle_deg = self.operands[1].values[offsets[1]];
             let incidence = match incidence {
@@ -239,13 +231,26 @@ impl Job<'_> {
                 *thickness = self.operands[j + 2].values[offsets[j + 2]];
             }
             let wavelength_nm = self.operands[0].values[offsets[0]];
-            let indices = &self.indices[offsets[0] * self.media()..][..self.media()];
-            let point = Point { indices, thickness_nm: &thickness_nm, wavelength_nm, incidence };
+            if indices_at != offsets[0] {
+                indices_at = offsets[0];
+                self.look_up(indices_at, &mut indices)?;
+            }
+            let point = Point { indices: &indices, thickness_nm: &thickness_nm, wavelength_nm, incidence };
             self.evaluate(&mut solver, &mut scratch, &point, element, task)
                 .map_err(|error| OpticsError::Argument(format!("{error}{}", self.named_place(task.start + element))))?;
             self.step(&mut place, &mut offsets);
         }
         Ok(())
+    }
+
+    /// The indices of all media at one wavelength, checked.
+    fn look_up(&self, at: usize, indices: &mut [Complex64]) -> Result<(), OpticsError> {
+        for (index, table) in indices.iter_mut().zip(&self.indices) {
+            *index = if table.len() == 1 { table[0] } else { table[at] };
+        }
+        stack::check_indices(indices, &self.coherent).map_err(|error| {
+            OpticsError::Argument(format!("{error} (at wavelength_nm = {})", self.operands[0].values[at]))
+        })
     }
 
     fn evaluate(
