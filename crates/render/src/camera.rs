@@ -67,6 +67,7 @@ mod tests {
             target: [0.0, 0.0, 0.0],
             up: [0.0, 1.0, 0.0],
             projection,
+            lens: None,
             resolution: [200, 100],
         }
     }

@@ -47,7 +47,7 @@ impl Lights {
         let mut uniform: Option<[Vec<f64>; 3]> = None;
         for Light::Environment(environment) in lights {
             match &environment.source {
-                EnvironmentSource::Map(map) => {
+                EnvironmentSource::Map(map) | EnvironmentSource::Sky(map, _) => {
                     maps.push((MapLookup::new(map.clone(), environment.rotation_deg), environment.radiance as f32));
                 }
                 EnvironmentSource::Uniform(illuminant) => {

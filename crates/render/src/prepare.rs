@@ -1,7 +1,7 @@
 //! From a validated scene to flat arrays that the integrator walks: nothing here depends on a ray.
 
 use iridesce_optics::{Complex64, Medium, OpticsError};
-use iridesce_scene::{EnvironmentSource, Light, Scene, Shape, Surface, ThicknessModel};
+use iridesce_scene::{EnvironmentSource, Light, Scene, Shape, Surface, ThicknessField};
 
 use crate::camera::RayCamera;
 use crate::film::FilmTable;
@@ -31,9 +31,7 @@ pub struct Prepared {
 /// A free film on an object.
 pub struct FilmSurface {
     pub table: FilmTable,
-    thickness: ThicknessModel,
-    y_min: f64,
-    per_height: f64,
+    thickness: ThicknessField,
     /// The medium on both sides, by its number in the render.
     pub outside: u16,
 }
@@ -42,10 +40,7 @@ impl FilmSurface {
     /// Thickness in nm at a point of the object.
     #[inline(always)]
     pub fn thickness_nm(&self, point: Vec3) -> f64 {
-        match self.thickness {
-            ThicknessModel::Uniform { thickness_nm } => thickness_nm,
-            _ => self.thickness.at_height((point.y - self.y_min) * self.per_height),
-        }
+        self.thickness.thickness_nm([point.x, point.y, point.z])
     }
 }
 
@@ -60,8 +55,9 @@ impl Prepared {
         let mut spheres = Vec::new();
         let mut films = Vec::new();
         for object in &scene.objects {
-            let Shape::Sphere { center, radius } = object.shape;
-            let Surface::Film(film) = &object.surface;
+            let (Shape::Sphere { center, radius }, Surface::Film(film)) = (object.shape, &object.surface) else {
+                return Err(not_yet(&object.name));
+            };
             spheres.push(Sphere::new(center.into(), radius));
             let inside = indices(&film.medium, &nodes)?;
             let outside = indices(&film.outside, &nodes)?;
@@ -73,8 +69,6 @@ impl Prepared {
             films.push(FilmSurface {
                 table: FilmTable::new(&nodes.wavelength_nm, &inside, &outer),
                 thickness: film.thickness.clone(),
-                y_min: center[1] - radius,
-                per_height: 0.5 / radius,
                 outside: number as u16,
             });
         }
@@ -98,7 +92,7 @@ impl Prepared {
 fn nodes_for(scene: &Scene) -> Result<Nodes, RenderError> {
     let mut count = node_count(0.0);
     for object in &scene.objects {
-        let Surface::Film(film) = &object.surface;
+        let Surface::Film(film) = &object.surface else { return Err(not_yet(&object.name)) };
         // The largest index over the visible range: fringes are finest there.
         let index = (360..=830)
             .step_by(10)
@@ -122,6 +116,10 @@ fn nodes_for(scene: &Scene) -> Result<Nodes, RenderError> {
         }
     }
     Ok(Nodes::new(count, &lines))
+}
+
+fn not_yet(name: &str) -> RenderError {
+    RenderError::Argument(format!("object \"{name}\" cannot be drawn by this version"))
 }
 
 fn indices(medium: &Medium, nodes: &Nodes) -> Result<Vec<Complex64>, OpticsError> {

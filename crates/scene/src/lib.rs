@@ -8,6 +8,7 @@ mod builtin;
 mod defaults;
 mod edit;
 mod error;
+mod field;
 mod files;
 mod lights;
 mod load;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::error::SceneError;
 use crate::files::{Maps, read_whole};
-use crate::model::{Origin, Scene, Surface};
+use crate::model::{Origin, Scene};
 use crate::tree::Node;
 use crate::validate::build;
 
@@ -67,10 +67,11 @@ impl Scene {
     pub fn extended_media(&self) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
         for object in &self.objects {
-            let Surface::Film(film) = &object.surface;
-            let ends = [360.0, 830.0].map(|nm| film.medium.index_extended(nm));
-            if ends.iter().any(|end| matches!(end, Ok((_, true)))) && !names.iter().any(|n| n == film.medium.name()) {
-                names.push(film.medium.name().to_owned());
+            for medium in object.surface.media() {
+                let ends = [360.0, 830.0].map(|nm| medium.index_extended(nm));
+                if ends.iter().any(|end| matches!(end, Ok((_, true)))) && !names.iter().any(|n| n == medium.name()) {
+                    names.push(medium.name().to_owned());
+                }
             }
         }
         names

@@ -7,6 +7,8 @@ use iridesce_optics::Medium;
 use iridesce_optics::color::Illuminant;
 pub use iridesce_thickness::ThicknessModel;
 
+pub use crate::field::ThicknessField;
+
 use crate::files::Maps;
 use crate::tree::Node;
 
@@ -49,8 +51,19 @@ pub struct Camera {
     pub up: [f64; 3],
     /// How rays leave it.
     pub projection: Projection,
+    /// What they pass on their way; `None` is a pinhole.
+    pub lens: Option<Lens>,
     /// Width and height in pixels.
     pub resolution: [u32; 2],
+}
+
+/// A thin lens.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lens {
+    /// Radius of its aperture, scene units, > 0.
+    pub aperture_radius: f64,
+    /// Distance from the camera, along the view, of the plane that is sharp; scene units, > 0.
+    pub focus_distance: f64,
 }
 
 /// How rays leave the camera.
@@ -90,15 +103,52 @@ pub struct Object {
     pub surface: Surface,
 }
 
-/// Geometry.
+/// Geometry. The front of a surface is the side that its normal points to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
-    /// A sphere.
+    /// A sphere; its normal points outwards.
     Sphere {
         /// Centre, scene units.
         center: [f64; 3],
         /// Radius, scene units, > 0.
         radius: f64,
+    },
+    /// A parallelogram, a rectangle where the half edges are at right angles; its normal is u x v.
+    Rectangle {
+        /// Centre, scene units.
+        center: [f64; 3],
+        /// From the centre to the middle of one edge.
+        u: [f64; 3],
+        /// From the centre to the middle of the next edge.
+        v: [f64; 3],
+    },
+    /// A flat disk.
+    Disk {
+        /// Centre, scene units.
+        center: [f64; 3],
+        /// Its normal, length 1.
+        normal: [f64; 3],
+        /// Radius, scene units, > 0.
+        radius: f64,
+    },
+    /// An unbounded plane.
+    Plane {
+        /// A point of it, scene units.
+        point: [f64; 3],
+        /// Its normal, length 1.
+        normal: [f64; 3],
+    },
+    /// Part of a sphere around a vertex, as one face of a lens.
+    Cap {
+        /// The vertex (the middle of the cap), scene units.
+        center: [f64; 3],
+        /// Its normal at the vertex, length 1.
+        axis: [f64; 3],
+        /// Radius of the sphere, scene units, not zero: > 0 bulges towards the axis (the sphere's centre lies at
+        /// `center - radius_of_curvature * axis`), < 0 is hollow.
+        radius_of_curvature: f64,
+        /// Radius of the rim, scene units, > 0, at most |radius_of_curvature|.
+        aperture_radius: f64,
     },
 }
 
@@ -107,6 +157,30 @@ pub enum Shape {
 pub enum Surface {
     /// A free film, the same medium on both sides.
     Film(Film),
+    /// Layers on a substrate, which fills the space behind the surface.
+    Coating(Coating),
+    /// The bare surface of a transparent medium, which fills the space behind it.
+    Dielectric(Medium),
+    /// The bare surface of an opaque medium.
+    Metal(Medium),
+    /// A matt surface (Lambert's law): linear Rec.709 reflectance, 0 to 1.
+    Diffuse([f64; 3]),
+    /// A surface that glows on both sides and reflects nothing.
+    Emitter(Emitter),
+}
+
+impl Surface {
+    /// Every medium of the surface, from outside inwards.
+    pub fn media(&self) -> Vec<&Medium> {
+        match self {
+            Surface::Film(film) => vec![&film.outside, &film.medium],
+            Surface::Coating(coating) => {
+                coating.layers.iter().map(|layer| &layer.medium).chain([&coating.substrate]).collect()
+            }
+            Surface::Dielectric(medium) | Surface::Metal(medium) => vec![medium],
+            Surface::Diffuse(_) | Surface::Emitter(_) => Vec::new(),
+        }
+    }
 }
 
 /// A free film.
@@ -115,9 +189,36 @@ pub struct Film {
     /// What the film is made of.
     pub medium: Medium,
     /// How thick it is.
-    pub thickness: ThicknessModel,
+    pub thickness: ThicknessField,
     /// The medium on both of its sides.
     pub outside: Medium,
+}
+
+/// Layers on a substrate.
+#[derive(Debug, Clone)]
+pub struct Coating {
+    /// From outside (the front) inwards.
+    pub layers: Vec<CoatingLayer>,
+    /// What is behind them.
+    pub substrate: Medium,
+}
+
+/// A layer of a coating.
+#[derive(Debug, Clone)]
+pub struct CoatingLayer {
+    /// What it is made of.
+    pub medium: Medium,
+    /// How thick it is.
+    pub thickness: ThicknessField,
+}
+
+/// A glowing surface.
+#[derive(Debug, Clone)]
+pub struct Emitter {
+    /// Its spectrum.
+    pub illuminant: Illuminant,
+    /// The Y of its radiance, the same in every direction.
+    pub radiance: f64,
 }
 
 /// A light.
@@ -145,6 +246,21 @@ pub enum EnvironmentSource {
     Map(Arc<EnvironmentMap>),
     /// The same in every direction.
     Uniform(Illuminant),
+    /// A map and a sun in front of it.
+    Sky(Arc<EnvironmentMap>, Sun),
+}
+
+/// A disc of light, infinitely far away; turned about +y together with its sky.
+#[derive(Debug, Clone)]
+pub struct Sun {
+    /// Towards its middle, length 1, before any rotation.
+    pub direction: [f64; 3],
+    /// Angle between its middle and its rim, degrees.
+    pub angular_radius_deg: f64,
+    /// Its spectrum.
+    pub illuminant: Illuminant,
+    /// The Y of its radiance, the same all over it.
+    pub radiance: f64,
 }
 
 /// A latitude-longitude map, linear Rec.709; first row +y, middle column -z, columns grow towards +x.

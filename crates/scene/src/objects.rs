@@ -5,7 +5,7 @@ use iridesce_thickness::ThicknessModel;
 
 use crate::defaults;
 use crate::error::SceneError;
-use crate::model::{Film, Object, Shape, Surface};
+use crate::model::{Film, Object, Shape, Surface, ThicknessField, Unit};
 use crate::reader::{Table, as_number};
 use crate::tree::{Node, Value};
 
@@ -16,7 +16,7 @@ const THICKNESS: &str = "a thickness in nm, from 0 to 1e7";
 const MAX_INDEX: f64 = 1e3;
 
 /// The object at `number`, and its tree with every default.
-pub fn object(node: &Node, number: usize) -> Result<(Object, Node), SceneError> {
+pub fn object(node: &Node, number: usize, unit: Unit) -> Result<(Object, Node), SceneError> {
     // The name first, so that every later complaint can use it.
     let name = match node.get("name") {
         None => defaults::name(number),
@@ -31,7 +31,7 @@ pub fn object(node: &Node, number: usize) -> Result<(Object, Node), SceneError> 
     };
     let table = Table::new(node, format!("object.{name}"), &["name", "shape", "surface"], &[])?;
     let (shape, shape_tree) = shape(&default_to(table.get("shape"), "sphere"), &table.path("shape"))?;
-    let (surface, surface_tree) = surface(&default_to(table.get("surface"), "film"), &table.path("surface"))?;
+    let (surface, surface_tree) = surface(&default_to(table.get("surface"), "film"), &table.path("surface"), &shape, unit)?;
     let tree = Node::table([("name", Node::text(&name)), ("shape", shape_tree), ("surface", surface_tree)]);
     Ok((Object { name, shape, surface }, tree))
 }
@@ -56,13 +56,17 @@ fn shape(node: &Node, path: &str) -> Result<(Shape, Node), SceneError> {
     Ok((Shape::Sphere { center, radius }, Node::table([(kind, tree)])))
 }
 
-fn surface(node: &Node, path: &str) -> Result<(Surface, Node), SceneError> {
+fn surface(node: &Node, path: &str, shape: &Shape, unit: Unit) -> Result<(Surface, Node), SceneError> {
     let table = Table::new(node, path, &["film"], &["coating", "dielectric", "metal", "diffuse", "emitter"])?;
     let (kind, inner) = table.one_of(&["film"])?;
     let film = Table::new(inner, table.path(kind), &["medium", "thickness_nm", "outside"], &[])?;
     let or_text = |key: &str, default: &str| film.get(key).cloned().unwrap_or_else(|| Node::text(default));
     let (medium, medium_tree) = medium(&or_text("medium", defaults::MEDIUM), &film.path("medium"))?;
     let (thickness, thickness_tree) = thickness(film.get("thickness_nm"), &film.path("thickness_nm"))?;
+    let thickness = ThicknessField::new(thickness, shape, unit).map_err(|why| {
+        let line = film.get("thickness_nm").and_then(|n| n.line);
+        SceneError::new(format!("{} {why}", film.path("thickness_nm"))).at(film.path("thickness_nm"), line)
+    })?;
     let outside_node = or_text("outside", defaults::OUTSIDE);
     let (outside, outside_tree) = self::medium(&outside_node, &film.path("outside"))?;
     // A ray must already be in the medium that a film lies in, and so far nothing leads out of the surrounding n = 1.

@@ -49,7 +49,7 @@ pub fn build(node: &Node, origin: Origin, mut maps: Maps) -> Result<Scene, Scene
     }
     let (mut objects, mut object_trees, mut names) = (Vec::new(), Vec::new(), HashSet::new());
     for (i, item) in items.iter().enumerate() {
-        let (object, tree) = object(item, i)?;
+        let (object, tree) = object(item, i, unit)?;
         if !names.insert(object.name.clone()) {
             let line = item.get("name").map_or(item.line, |name| name.line);
             return Err(SceneError::new(format!("two objects are named \"{}\"; names must differ", object.name))
@@ -125,7 +125,7 @@ fn camera(node: &Node) -> Result<(Camera, Node), SceneError> {
         view_entry,
         ("resolution", Value::List(resolution.iter().map(|&v| Value::Int(v.into()).into()).collect()).into()),
     ]);
-    Ok((Camera { position, target, up, projection, resolution }, tree))
+    Ok((Camera { position, target, up, projection, lens: None, resolution }, tree))
 }
 
 fn resolution(table: &Table<'_>) -> Result<[u32; 2], SceneError> {

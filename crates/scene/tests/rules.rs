@@ -35,9 +35,9 @@ fn what_is_left_out_has_the_stated_default() {
     assert_eq!((scene.render.samples, scene.render.seed, scene.render.max_depth), (64, 1, 16));
     assert_eq!(scene.objects[0].name, "bubble");
     assert_eq!(scene.objects[0].shape, Shape::Sphere { center: [0.0; 3], radius: 4.0 });
-    let Surface::Film(film) = &scene.objects[0].surface;
+    let Surface::Film(film) = &scene.objects[0].surface else { panic!("no film") };
     assert_eq!((film.medium.name(), film.outside.name()), ("soap", "air"));
-    assert_eq!(film.thickness, ThicknessModel::Gradient { top_nm: 0.0, bottom_nm: 800.0, exponent: 1.0 });
+    assert_eq!(*film.thickness.model(), ThicknessModel::Gradient { top_nm: 0.0, bottom_nm: 800.0, exponent: 1.0 });
     let Light::Environment(light) = &scene.lights[0];
     assert_eq!((light.rotation_deg, light.radiance), (0.0, 1.0));
     let two = read(&LEAST.replace("[[light]]", "[[object]]\n[[light]]")).unwrap();
@@ -167,8 +167,8 @@ fn media_whose_data_stop_inside_the_visible_are_told() {
 fn values_are_set_by_path() {
     let scene = Scene::builtin("soap-bubble").unwrap();
     let scene = scene.with_value("object.bubble.surface.film.thickness_nm", number(400.0)).unwrap();
-    let Surface::Film(film) = &scene.objects[0].surface;
-    assert_eq!(film.thickness, ThicknessModel::Uniform { thickness_nm: 400.0 });
+    let Surface::Film(film) = &scene.objects[0].surface else { panic!("no film") };
+    assert_eq!(*film.thickness.model(), ThicknessModel::Uniform { thickness_nm: 400.0 });
     let scene = scene.with_value("object.0.shape.sphere.center.1", number(2.5)).unwrap();
     assert_eq!(scene.objects[0].shape, Shape::Sphere { center: [0.0, 2.5, 0.0], radius: 4.0 });
     let scene = scene.with_value("render", Node::table([("samples", number(2.0))])).unwrap();
