@@ -17,7 +17,7 @@ _HOME = {
     "Image": "image",
     "render": "rendering",
 }
-_MODULES = {"color", "thickness", "plot"}
+_MODULES = {"color", "plot", "thickness"}
 
 __all__ = sorted([*_HOME, "color", "thickness"])
 
