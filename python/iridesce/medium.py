@@ -165,6 +165,12 @@ class Medium:
             content = content.real
         return f"Medium({content!r})"
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows: source, range, and the index at three wavelengths."""
+        from iridesce import _notebook
+
+        return _notebook.medium_html(self)
+
     def __eq__(self, other: object) -> bool:
         return self._origin == other._origin if isinstance(other, Medium) else NotImplemented
 

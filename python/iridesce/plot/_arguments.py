@@ -184,12 +184,14 @@ def angles(angle_deg: ArrayLike) -> list[float]:
     return [float(angle) for angle in real_operand("angle_deg", angle_deg, low=0.0, high=90.0).full().reshape(-1)]
 
 
-def words(name: str, value: str | Sequence[str], allowed: tuple[str, ...]) -> list[str]:
+def words(name: str, value: str | Sequence[str], allowed: tuple[str, ...], may_be_none: bool = False) -> list[str]:
     """One word or several of those allowed."""
     chosen = [value] if isinstance(value, str) else list(value) if isinstance(value, Sequence) else [value]
     for word in chosen:
         if not isinstance(word, str) or word not in allowed:
             raise ValueError(f"{name} must be one or more of {', '.join(map(repr, allowed))}, got {value!r:.80}")
+    if not chosen and not may_be_none:
+        raise ValueError(f"{name} must be one or more of {', '.join(map(repr, allowed))}, got none")
     if len(set(chosen)) != len(chosen):
         raise ValueError(f"{name} must not name the same twice, got {value!r:.80}")
     return chosen

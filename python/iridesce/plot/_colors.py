@@ -64,7 +64,7 @@ def monochromatic(wavelength_nm: Floats) -> Floats:
     linear = color.convert(xyz, "xyz", "linear-srgb")
     linear /= np.maximum(linear.max(axis=-1, keepdims=True), 1e-9)
     linear = 0.5 * (linear + np.sqrt(linear**2 + 0.03)) / (0.5 * (1.0 + np.sqrt(1.03)))
-    linear *= np.minimum(xyz.sum(axis=-1, keepdims=True) / 0.3, 1.0) ** 0.6
+    linear *= np.minimum(xyz.sum(axis=-1, keepdims=True) / 0.3, 1.0) ** 0.8
     return np.clip(color.convert(linear, "linear-srgb", "srgb"), 0.0, 1.0)
 
 

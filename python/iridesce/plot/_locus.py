@@ -74,7 +74,7 @@ def locus(
     thickness = samples("thickness_nm", thickness_nm, film.own_thicknesses(), (0.0, 2000.0), step=2.0)
     angle = one_angle(angle_deg)
     (place,) = words("diagram", _only(diagram), _diagram.DIAGRAMS)
-    triangles = words("gamuts", gamuts, tuple(_diagram.GAMUTS))
+    triangles = words("gamuts", gamuts, tuple(_diagram.GAMUTS), may_be_none=True)
     models = list(_MODELS) if model == "both" else words("model", _only(model), (*_MODELS, "both"))
     step = _tick_step(tick_nm, thickness)
     light = color.illuminant(illuminant)
@@ -88,6 +88,7 @@ def locus(
 
     ax, look = begin(ax, theme, (6.4, 7.0))
     _diagram.draw(ax, look, place, triangles, light.white(), shortened(light.name))
+    white = _diagram.chromaticity(light.white(), place)
     for one, nm, xyz in paths:
         points = _diagram.chromaticity(xyz, place)
         if one == "two-beam" and len(paths) == 2:
@@ -103,8 +104,8 @@ def locus(
         path.set_gid(f"path-{one}")
         ax.add_collection(path, autolim=False)
         if zoom:
-            _zoom(ax, points, _diagram.chromaticity(light.white(), place))
-        _mark_thicknesses(ax, look, nm, points, step, _diagram.chromaticity(light.white(), place))
+            _zoom(ax, points, white)
+        main = nm, points
     # The corner of each diagram that holds no colours.
     handles, labels = ax.get_legend_handles_labels()
     style: dict[str, Any] = {"frameon": False, "labelcolor": look.ink, "fontsize": SMALL}
@@ -114,6 +115,7 @@ def locus(
         which, shortened(light.name), f"{number(angle)}\u00b0", polarization=polarization, quantity=quantity
     )
     heading(ax, look, title, film.name, f"{facts}\n{thickness[0]:g} to {thickness[-1]:g} nm, a dot every {step:g} nm")
+    _mark_thicknesses(ax, look, *main, step, white)
     return ax
 
 
@@ -173,12 +175,12 @@ def _label(ax: Axes, theme: Theme, marks: Floats, at: Floats, points: Floats, wh
 
     figure = ax.get_figure(root=True)
     assert figure is not None, "Axes always have a figure"
+    figure.draw_without_rendering()  # gives the axes the size at which texts will be beside their dots
     scale = 72.0 / figure.dpi
 
     def in_points(places: Floats) -> Floats:
         return np.asarray(ax.transData.transform(places)) * scale
 
-    ax.apply_aspect()
     line, dots, center = in_points(points), in_points(at), in_points(white[None, :])[0]
     taken: list[tuple[float, float, float, float]] = []
     high = 8.0
