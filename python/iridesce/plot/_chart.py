@@ -73,7 +73,7 @@ def chart(
     ax.set_xlabel(f"{film.medium.name} thickness (nm)")
     ax.set_ylabel(f"angle of incidence in {film.stack.first.name} (\u00b0)")
     facts = circumstances(
-        shortened(light.name),
+        f"illuminant {shortened(light.name)}",
         gains_in_words(factors, "each angle"),
         polarization=polarization,
         quantity=quantity,

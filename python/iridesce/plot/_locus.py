@@ -112,7 +112,11 @@ def locus(
     ax.legend(handles, labels, loc="best" if zoom else "upper right" if place == "xy" else "lower right", **style)
     which = _IN_WORDS[models[0]] if len(models) == 1 else "exact, and two-beam form of 1991 (dashed)"
     facts = circumstances(
-        which, shortened(light.name), f"{number(angle)}\u00b0", polarization=polarization, quantity=quantity
+        which,
+        f"illuminant {shortened(light.name)}",
+        f"{number(angle)}\u00b0",
+        polarization=polarization,
+        quantity=quantity,
     )
     heading(ax, look, title, film.name, f"{facts}\n{thickness[0]:g} to {thickness[-1]:g} nm, a dot every {step:g} nm")
     _mark_thicknesses(ax, look, *main, step, white)

@@ -118,7 +118,7 @@ def strip(
             _mark_orders(ax, row, number_, across, by_retardation, shown[number_])
     only_angle = "" if len(several) > 1 or rows[0].film is None else f"{number(several[0])}\u00b0"
     facts = circumstances(
-        shortened(light.name),
+        f"illuminant {shortened(light.name)}",
         only_angle,
         gains_in_words(factors, "each strip"),
         polarization=polarization,
