@@ -31,7 +31,8 @@ pub fn object(node: &Node, number: usize, unit: Unit) -> Result<(Object, Node), 
     };
     let table = Table::new(node, format!("object.{name}"), &["name", "shape", "surface"], &[])?;
     let (shape, shape_tree) = shape(&default_to(table.get("shape"), "sphere"), &table.path("shape"))?;
-    let (surface, surface_tree) = surface(&default_to(table.get("surface"), "film"), &table.path("surface"), &shape, unit)?;
+    let (surface, surface_tree) =
+        surface(&default_to(table.get("surface"), "film"), &table.path("surface"), &shape, unit)?;
     let tree = Node::table([("name", Node::text(&name)), ("shape", shape_tree), ("surface", surface_tree)]);
     Ok((Object { name, shape, surface }, tree))
 }

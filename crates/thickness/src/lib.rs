@@ -1,7 +1,11 @@
 //! How thick a film is, where. Lengths and grids only, no light.
 
+mod lens_gap;
 mod map;
 mod model;
+mod wedge;
 
+pub use lens_gap::LensGap;
 pub use map::ThicknessMap;
 pub use model::{ThicknessError, ThicknessModel};
+pub use wedge::Wedge;

@@ -1,5 +1,11 @@
 //! Thickness models: a thickness in nm as a function of place.
 
+use std::sync::Arc;
+
+use crate::lens_gap::LensGap;
+use crate::map::ThicknessMap;
+use crate::wedge::Wedge;
+
 /// What can be wrong with a thickness model; `key` is the parameter at fault.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{key} {message}")]
@@ -27,6 +33,12 @@ pub enum ThicknessModel {
         /// Exponent > 0; 1 is linear in height.
         exponent: f64,
     },
+    /// Linear between two points of the scene.
+    Wedge(Wedge),
+    /// The gap under a lens, around the object's centre.
+    LensGap(LensGap),
+    /// A grid laid over the object by its u and v.
+    Map(Arc<ThicknessMap>),
 }
 
 /// A thickness in nm that a film can have.
@@ -35,6 +47,14 @@ pub(crate) fn check_nm(key: &'static str, value: f64) -> Result<(), ThicknessErr
         return Ok(());
     }
     Err(ThicknessError { key, message: format!("must be a finite thickness in nm, >= 0, got {value:?}") })
+}
+
+/// A gradient at relative height `s`, clamped to 0..1.
+#[inline(always)]
+pub(crate) fn power_law(top_nm: f64, bottom_nm: f64, exponent: f64, s: f64) -> f64 {
+    let s = s.clamp(0.0, 1.0);
+    let shape = if exponent == 1.0 { s } else { s.powf(exponent) };
+    bottom_nm + (top_nm - bottom_nm) * shape
 }
 
 impl ThicknessModel {
@@ -49,7 +69,7 @@ impl ThicknessModel {
     /// ```
     /// use iridesce_thickness::ThicknessModel;
     /// let model = ThicknessModel::gradient(100.0, 900.0, 2.0).unwrap();
-    /// assert_eq!(model.at_height(0.5), 700.0);
+    /// assert_eq!(model.at_height(0.5), Some(700.0));
     /// ```
     pub fn gradient(top: f64, bottom: f64, exponent: f64) -> Result<ThicknessModel, ThicknessError> {
         check_nm("top", top)?;
@@ -63,23 +83,23 @@ impl ThicknessModel {
         Ok(ThicknessModel::Gradient { top_nm: top, bottom_nm: bottom, exponent })
     }
 
-    /// Thickness in nm at relative height `s` (clamped to 0..1).
-    pub fn at_height(&self, s: f64) -> f64 {
+    /// Thickness in nm at relative height `s` (clamped to 0..1); `None` for a model that does not follow height.
+    pub fn at_height(&self, s: f64) -> Option<f64> {
         match *self {
-            ThicknessModel::Uniform { thickness_nm } => thickness_nm,
-            ThicknessModel::Gradient { top_nm, bottom_nm, exponent } => {
-                let s = s.clamp(0.0, 1.0);
-                let shape = if exponent == 1.0 { s } else { s.powf(exponent) };
-                bottom_nm + (top_nm - bottom_nm) * shape
-            }
+            ThicknessModel::Uniform { thickness_nm } => Some(thickness_nm),
+            ThicknessModel::Gradient { top_nm, bottom_nm, exponent } => Some(power_law(top_nm, bottom_nm, exponent, s)),
+            ThicknessModel::Wedge(_) | ThicknessModel::LensGap(_) | ThicknessModel::Map(_) => None,
         }
     }
 
-    /// The largest thickness in nm that the model can give.
+    /// The largest thickness in nm that the model can give; a lens's gap is counted to the full radius of its sphere.
     pub fn max_nm(&self) -> f64 {
-        match *self {
-            ThicknessModel::Uniform { thickness_nm } => thickness_nm,
-            ThicknessModel::Gradient { top_nm, bottom_nm, .. } => top_nm.max(bottom_nm),
+        match self {
+            ThicknessModel::Uniform { thickness_nm } => *thickness_nm,
+            ThicknessModel::Gradient { top_nm, bottom_nm, .. } => top_nm.max(*bottom_nm),
+            ThicknessModel::Wedge(wedge) => wedge.max_nm(),
+            ThicknessModel::LensGap(gap) => gap.max_nm(),
+            ThicknessModel::Map(map) => map.max_nm(),
         }
     }
 }
@@ -92,11 +112,12 @@ mod tests {
     fn gradients_meet_their_ends_and_stay_between() {
         for exponent in [0.3, 1.0, 2.5] {
             let model = ThicknessModel::gradient(20.0, 900.0, exponent).unwrap();
-            assert_eq!((model.at_height(0.0), model.at_height(1.0)), (900.0, 20.0));
-            assert_eq!((model.at_height(-1e-9), model.at_height(1.0 + 1e-9)), (900.0, 20.0));
+            let at = |s| model.at_height(s).unwrap();
+            assert_eq!((at(0.0), at(1.0)), (900.0, 20.0));
+            assert_eq!((at(-1e-9), at(1.0 + 1e-9)), (900.0, 20.0));
             let mut last = f64::INFINITY;
             for i in 0..=100 {
-                let t = model.at_height(f64::from(i) / 100.0);
+                let t = at(f64::from(i) / 100.0);
                 assert!((20.0..=900.0).contains(&t) && t <= last);
                 last = t;
             }
