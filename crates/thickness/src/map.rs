@@ -1,6 +1,6 @@
 //! A grid of thicknesses, which every model can give.
 
-use crate::model::{ThicknessError, ThicknessModel, check_nm, power_law};
+use crate::model::{ThicknessError, ThicknessModel, check_nm};
 
 /// Most cells of a grid: 8 GiB.
 const MAX_CELLS: usize = 1 << 30;
@@ -171,7 +171,7 @@ impl ThicknessModel {
         };
         sampled(width, height, extent, |x, y| match self {
             ThicknessModel::Uniform { thickness_nm } => *thickness_nm,
-            ThicknessModel::Gradient { top_nm, bottom_nm, exponent } => power_law(*top_nm, *bottom_nm, *exponent, y),
+            ThicknessModel::Gradient(gradient) => gradient.at_height(y),
             ThicknessModel::Wedge(wedge) => wedge.at_point([x, y, 0.0]),
             ThicknessModel::LensGap(gap) => gap.at_square(x * x + y * y),
             ThicknessModel::Map(map) => map.sample(x, y),
@@ -184,7 +184,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::{LensGap, Wedge};
+    use crate::{Gradient, LensGap, Wedge};
 
     #[test]
     fn samples_meet_the_middles_and_stay_between() {
@@ -212,17 +212,16 @@ mod tests {
 
     #[test]
     fn models_give_maps_that_agree_with_them() {
-        let model = ThicknessModel::gradient(20.0, 900.0, 0.7).unwrap();
-        let map = model.map(3, 50, None).unwrap();
-        let at = |s| model.at_height(s).unwrap();
+        let gradient = Gradient::new(20.0, 900.0, 0.7).unwrap();
+        let map = ThicknessModel::Gradient(gradient).map(3, 50, None).unwrap();
         assert_eq!((map.width(), map.height(), map.thickness_nm().len()), (3, 50, 150));
-        assert_eq!(map.thickness_nm()[0], at(0.99));
-        assert_eq!(map.thickness_nm()[149], at(0.01));
+        assert_eq!(map.thickness_nm()[0], gradient.at_height(0.99));
+        assert_eq!(map.thickness_nm()[149], gradient.at_height(0.01));
         // Linear interpolation of t = 900 - 880 s^0.7 errs by at most h^2 / 8 |t''|, largest towards s = 0.
         for i in 10..=98 {
             let s = f64::from(i) / 100.0;
             let bound = 0.02 * 0.02 / 8.0 * 880.0 * 0.21 * (s - 0.02).powf(-1.3) + 1e-9;
-            assert!((map.sample(0.3, s) - at(s)).abs() <= bound, "{s}");
+            assert!((map.sample(0.3, s) - gradient.at_height(s)).abs() <= bound, "{s}");
         }
         let uniform = ThicknessModel::uniform(320.0).unwrap().map(2, 1, None).unwrap();
         assert_eq!(uniform.into_thickness_nm(), [320.0, 320.0]);
