@@ -73,7 +73,9 @@ impl Tracer<'_> {
         let scattered = (!is_dark).then_some(Scattered { origin: hit.point, density });
         let fate = self.fate(&hit, direction, path.within, scattered);
         if let Fate::GoesOn(next) = fate {
-            (path.hit, path.direction, path.scattered, path.axis) = (next, direction, scattered, frame(direction).0);
+            (path.hit, path.direction, path.axis) = (next, direction, frame(direction).0);
+            path.is_scattered = scattered.is_some();
+            self.scattered[path.slot] = scattered.unwrap_or_default();
             return true;
         }
         self.make_room(simd, 1);
