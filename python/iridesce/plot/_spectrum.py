@@ -53,8 +53,8 @@ def spectrum(
 
     >>> import iridesce as ir
     >>> ax = ir.plot.spectrum({"bare": "air / N-BK7", "coated": "air / MgF2 100 / N-BK7"})
-    >>> [line.get_label() for line in ax.get_lines()], round(ax.get_lines()[0].get_ydata()[0], 2)
-    (['bare', 'coated'], 4.38)
+    >>> [line.get_label() for line in ax.get_lines()], round(float(ax.get_lines()[0].get_ydata()[0]), 2)
+    (['bare', 'coated'], 4.44)
     """
     wavelengths = _wavelengths(wavelength_nm)
     stacks = [(label, _stack(one)) for label, one in listed(stack)]
