@@ -19,7 +19,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
-from matplotlib.text import Annotation
+from matplotlib.text import Annotation, Text
 
 import iridesce as ir
 from iridesce.plot import strip
@@ -137,17 +137,22 @@ def test_dots_stand_at_their_thickness() -> None:
         np.testing.assert_allclose(label.xy, wanted[round(float(label.get_text()) / 50.0) - 1], atol=2e-4)
 
 
+@pytest.mark.parametrize("columns", [1, 3])
 @pytest.mark.parametrize("zoom", [False, True])
-def test_labels_cover_neither_each_other_nor_the_path(zoom: bool) -> None:
-    ax = ir.plot.locus("air / SiO2 / Si", (0.0, 1500.0), zoom=zoom)
-    figure = ax.figure
+def test_labels_cover_neither_each_other_nor_the_path(zoom: bool, columns: int) -> None:
+    """Places hold for the size that the figure has then: a layout that later charts may change is left out."""
+    layout = "constrained" if columns == 1 else "none"
+    figure, axes = plt.subplots(1, columns, figsize=(14, 6), layout=layout, squeeze=False)
+    for ax in axes[0]:
+        ir.plot.locus("air / SiO2 / Si", (0.0, 1500.0), tick_nm=10.0, zoom=zoom, ax=ax)
     figure.canvas.draw()
-    boxes = [label.get_window_extent() for label in drawn(ax, "tick-label")]
-    assert len(boxes) >= (8 if zoom else 3)
-    path = ax.transData.transform(path_of(ax))
-    for i, box in enumerate(boxes):
-        assert not any(box.overlaps(other) for other in boxes[:i])
-        assert not ((path > box.min) & (path < box.max)).all(axis=1).any()
+    for ax in axes[0]:
+        boxes = [Text.get_window_extent(label) for label in drawn(ax, "tick-label")]  # without its line to the dot
+        assert len(boxes) >= (8 if zoom else 3)
+        path = ax.transData.transform(path_of(ax))
+        for i, box in enumerate(boxes):
+            assert not any(box.overlaps(other) for other in boxes[:i])
+            assert not ((path > box.min) & (path < box.max)).all(axis=1).any()
 
 
 def test_diagram_has_the_spectrum_the_white_and_the_gamuts() -> None:
@@ -477,6 +482,9 @@ def test_the_growing_layer() -> None:
     ):
         np.testing.assert_allclose(path_of(ax), wanted, atol=1e-12)
         assert ax.get_title(loc="left") == "air / SiO2 / Si 50 nm / 1.5"
+    second = ir.plot.locus("air / SiO2 7 / Si / 1.5", thickness_nm)
+    stack = ir.Stack(["air", ir.Layer("SiO2", 7.0), ir.Layer("Si", thickness_nm), 1.5])
+    np.testing.assert_allclose(path_of(second), chromaticity(stack.color()), atol=1e-12)
     with pytest.raises(ValueError, match="has 2 layers: say which grows"):
         ir.plot.locus(fixed)
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _MODELS = ("exact", "two-beam")
+_NEAR = (4.5, 9.0, 15.0)  # gaps between dot and text, points; beyond the first a thin line joins them
 _CASING = "#17181d"
 _IN_WORDS = {"exact": "exact", "two-beam": "two-beam form of 1991"}
 
@@ -171,10 +172,11 @@ def _mark_thicknesses(ax: Axes, theme: Theme, nm: Floats, points: Floats, step: 
 
 
 def _label(ax: Axes, theme: Theme, marks: Floats, at: Floats, points: Floats, white: Floats) -> None:
-    """Texts beside dots: each takes the first of eight places, the one away from the white point first, that is free.
+    """Texts beside dots, each in the nearest place that is free; without a free one a dot has no text.
 
-    Places are found for the figure's present size, in points (1/72 inch).
+    Places are found for the figure's present size and layout, in points (1/72 inch).
     """
+    from matplotlib.font_manager import FontProperties
     from matplotlib.patheffects import withStroke
 
     figure = ax.get_figure(root=True)
@@ -185,23 +187,19 @@ def _label(ax: Axes, theme: Theme, marks: Floats, at: Floats, points: Floats, wh
     def in_points(places: Floats) -> Floats:
         return np.asarray(ax.transData.transform(places)) * scale
 
-    line, dots, center = in_points(points), in_points(at), in_points(white[None, :])[0]
-    taken: list[tuple[float, float, float, float]] = []
-    high = 8.0
+    line, dots, center = _dense(in_points(points)), in_points(at), in_points(white[None, :])[0]
+    size = FontProperties(size="x-small").get_size_in_points()
+    taken: list[tuple[float, ...]] = []
     for mark, place, dot in zip(marks, at, dots, strict=True):
         text = f"{mark:g}"
-        wide = 5.4 * len(text)
+        half = 0.5 * size * np.array([0.65 * len(text), 1.0])
         away = float(np.arctan2(*(dot - center)[::-1]))
-        for turn in (0.0, 0.8, -0.8, 1.6, -1.6, 2.4, -2.4, 3.14):
-            direction = np.array([np.cos(away + turn), np.sin(away + turn)])
-            middle = direction * (6.0 + np.abs(direction) @ [wide / 2.0, high / 2.0])
-            box = (*(dot + middle - [wide / 2.0, high / 2.0]), *(dot + middle + [wide / 2.0, high / 2.0]))
-            crossed = _inside(line, box, -1.0) or _inside(dots, box, 1.5)
-            if not crossed and not any(_overlap(box, other) for other in taken):
-                break
-        else:
+        found = _free_place(dot, half, away, line, dots, taken)
+        if found is None:
             continue
-        taken.append(box)
+        middle, reach = found
+        taken.append((*(dot + middle - half), *(dot + middle + half)))
+        leader = {"arrowstyle": "-", "color": theme.ink, "linewidth": 0.6, "shrinkA": 0.5, "shrinkB": 2.0}
         ax.annotate(
             text,
             (place[0], place[1]),
@@ -214,8 +212,30 @@ def _label(ax: Axes, theme: Theme, marks: Floats, at: Floats, points: Floats, wh
             zorder=7,
             gid="tick-label",
             annotation_clip=True,
+            arrowprops=leader if reach > _NEAR[0] else None,
             path_effects=[withStroke(linewidth=1.6, foreground=theme.paper, alpha=0.7)],
         )
+
+
+def _free_place(
+    dot: Floats, half: Floats, away: float, line: Floats, dots: Floats, taken: list[tuple[float, ...]]
+) -> tuple[Floats, float] | None:
+    """Where a text's middle may stand as seen from its dot: near before far, away from the white point before towards."""
+    for reach in _NEAR:
+        for turn in (0.0, 0.5, -0.5, 1.0, -1.0, 1.6, -1.6, 2.2, -2.2, 2.7, -2.7, 3.14):
+            direction = np.array([np.cos(away + turn), np.sin(away + turn)])
+            middle = direction * (reach + np.abs(direction) @ half)
+            box = (*(dot + middle - half), *(dot + middle + half))
+            if not (_inside(line, box, 0.5) or _inside(dots, box, 1.5) or any(_overlap(box, one) for one in taken)):
+                return middle, reach
+    return None
+
+
+def _dense(points: Floats, step: float = 2.0) -> Floats:
+    """Points along a line, at most ``step`` apart: the samples of a path may leap over a text."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    here = np.linspace(0.0, along[-1], int(min(along[-1] / step, 20000.0)) + 2)
+    return np.column_stack([np.interp(here, along, points[:, axis]) for axis in (0, 1)])
 
 
 def _inside(points: Floats, box: tuple[float, ...], margin: float) -> bool:
