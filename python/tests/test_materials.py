@@ -28,7 +28,7 @@ CATALOG = """\
           name: "Nobody 2000: n 0.3-1.0 \u00b5m"
           data: main/SiO2/nk/Flat.yml
         - PAGE: Steep
-          name: "Nobody 2001: n,k 0.3-1.0 \u00b5m"
+          name: "<i>Nobody</i> 2001: n,k 0.3-1.0 \u00b5m"
           data: main/SiO2/nk/Steep.yml
 - SHELF: other
   name: "OTHER"
@@ -118,7 +118,7 @@ def test_unknown_pages(database: Path, name: str, said: str) -> None:
 
 
 def test_without_the_extra_the_error_says_what_to_do(no_database: None) -> None:
-    with pytest.raises(ValueError, match=r'pip install "iridesce\[materials\]"'):
+    with pytest.raises(ValueError, match=r'unknown medium "main/SiO2/Malitson".*pip install "iridesce\[materials\]"'):
         ir.Medium("main/SiO2/Malitson")
     with pytest.raises(ValueError, match="unknown medium") as caught:
         ir.Medium("sopa")
@@ -151,6 +151,9 @@ def test_a_page_that_is_missing_or_broken(database: Path) -> None:
 
 def test_search(database: Path) -> None:
     assert [page.name for page in _database.search("sio2 NOBODY")] == ["main/SiO2/Flat", "main/SiO2/Steep"]
+    assert _database.search("2001")[0].title == "Nobody 2001: n,k 0.3-1.0 \u00b5m", "without tags"
+    assert _database.search("again") == [], "the title is the page's own"
+    assert [page.title for page in _database.search("1234")] == ["Nobody"]
     assert _database.search("unobtainium") == []
 
 

@@ -112,5 +112,12 @@ def test_thickness_map_is_a_picture(shape: tuple[int, int]) -> None:
         assert luminance[0, 0] < 0.2 < 0.7 < luminance[-1, -1]
 
 
+@pytest.mark.filterwarnings("error")
+def test_an_even_map_is_a_picture() -> None:
+    png = ir.thickness.uniform(320.0).map(4, 4)._repr_png_()
+    picture = matplotlib.image.imread(io.BytesIO(png), format="png")[..., :3]
+    assert np.ptp(picture, axis=(0, 1)).max() == 0.0
+
+
 def test_image_is_a_picture() -> None:
     assert ir.Image(np.full((2, 3, 3), 0.2))._repr_png_()[:4] == b"\x89PNG"

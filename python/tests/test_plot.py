@@ -334,6 +334,11 @@ def test_spectrum_tells_everything_apart() -> None:
     assert len(drawn(ax, "visible")) == 1
 
 
+def test_spectrum_goes_as_far_as_the_data() -> None:
+    assert ir.plot.spectrum("air / rutile-o 100 / air").get_xlim() == (430.0, 780.0)
+    assert ir.plot.spectrum("air / 1.5").get_xlim() == (380.0, 780.0)
+
+
 def test_band_under_a_spectrum_is_the_visible_one() -> None:
     ax = ir.plot.spectrum("air / 1.5", (300.0, 900.0))
     (band,) = drawn(ax, "visible")

@@ -28,7 +28,7 @@ _BAND_NM = (380.0, 780.0)
 
 def spectrum(
     stack: Stacks,
-    wavelength_nm: ArrayLike = (380.0, 780.0),
+    wavelength_nm: ArrayLike | None = None,
     angle_deg: ArrayLike = 0.0,
     polarization: str | Sequence[str] = "unpolarized",
     quantity: str | Sequence[str] = "reflectance",
@@ -43,7 +43,8 @@ def spectrum(
     curves to those that are there.
 
     stack          a stack or its text, "air / MgF2 100 / N-BK7"; a list of them; a dict {label: stack}
-    wavelength_nm  (first, last) or ascending values, vacuum nm, within the data of all media                   (n,)
+    wavelength_nm  (first, last) or ascending values, vacuum nm, within the data of all media; None: 380 to 780 nm as far
+                   as all media have data                                                                      (n,)
     angle_deg      incidence in the first medium, [0, 90); one or several
     polarization   "s", "p", "unpolarized", or several of them
     quantity       "reflectance", "transmittance", "absorptance", or several of them
@@ -56,8 +57,8 @@ def spectrum(
     >>> [line.get_label() for line in ax.get_lines()], round(float(ax.get_lines()[0].get_ydata()[0]), 2)
     (['bare', 'coated'], 4.44)
     """
-    wavelengths = _wavelengths(wavelength_nm)
     stacks = [(label, _stack(one)) for label, one in listed(stack)]
+    wavelengths = _wavelengths(_known_visible([one for _, one in stacks]) if wavelength_nm is None else wavelength_nm)
     wanted = words("quantity", quantity, _QUANTITIES)
     states = words("polarization", polarization, _POLARIZATIONS)
     degrees = angles(angle_deg)
@@ -119,6 +120,14 @@ def _wavelengths(value: ArrayLike) -> Floats:
         return given.copy()
     # Half a nanometre shows the fringes of 50 um of soap; a wider range is drawn with as many points.
     return np.linspace(given[0], given[1], int(np.clip(2.0 * (given[1] - given[0]), 200, 4000)) + 1)
+
+
+def _known_visible(stacks: list[Stack]) -> tuple[float, float]:
+    """What all media have data for within the visible; all of it where they share nothing, for the error of the stack."""
+    spans = [span for stack in stacks for medium in stack.media if (span := medium.range_nm) is not None]
+    low = max([_BAND_NM[0], *(span[0] for span in spans)])
+    high = min([_BAND_NM[1], *(span[1] for span in spans)])
+    return (low, high) if low < high else _BAND_NM
 
 
 def _stack(stack: StackLike) -> Stack:
