@@ -24,6 +24,10 @@ __all__ = ["ThicknessMap", "ThicknessModel", "gradient", "uniform"]
 _MAX_CELLS = 2**30
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 class ThicknessMap:
     """A grid of thicknesses; row 0 on top, values at the middles of the cells. Immutable.
 
@@ -91,6 +95,12 @@ class ThicknessMap:
     def __repr__(self) -> str:
         least, most = float(self._thickness_nm.min()), float(self._thickness_nm.max())
         return f"<iridesce.thickness.ThicknessMap {self.width} x {self.height}, {least:g} to {most:g} nm>"
+
+    def _repr_png_(self) -> bytes:
+        """What a notebook shows: false colours from the least thickness (dark) to the greatest."""
+        from iridesce import _notebook
+
+        return _notebook.map_png(self._thickness_nm)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, ThicknessMap) and np.array_equal(self._thickness_nm, other._thickness_nm)
