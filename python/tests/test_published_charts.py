@@ -161,9 +161,14 @@ def test_titanium_runs_through_the_reported_sequence() -> None:
     assert starts == sorted(starts)
     # The sequence ends at 140 V: 1.5 to 2.5 nm to the volt.
     assert 140 * 1.5 < starts[-1] < 140 * 2.5
-    # The same names backwards are not met: an order says something.
-    backwards = charts.in_order(charts.TITANIUM_SEQUENCE[::-1], thickness_nm, colours)
-    assert not all(stretch.size for stretch in backwards)
+    # The order says something: backwards, or with a film of low index on the metal, or off the metal, it is not met.
+    for rows, film, base in (
+        (charts.TITANIUM_SEQUENCE[::-1], "TiO2", "Ti"),
+        (charts.TITANIUM_SEQUENCE, "SiO2", "Ti"),
+        (charts.TITANIUM_SEQUENCE, "TiO2", "N-BK7"),
+    ):
+        other = charts.in_order(rows, thickness_nm, charts.lch(film, base)(thickness_nm))
+        assert not all(stretch.size for stretch in other), (film, base)
 
 
 def test_steel_runs_through_its_temper_colours() -> None:
