@@ -26,12 +26,17 @@ impl Thickness {
     }
 
     fn at_height<'py>(&self, py: Python<'py>, s: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let values: Vec<f64> = s.as_slice()?.iter().map(|&s| self.inner.at_height(s)).collect();
+        let heights = s.as_slice()?.iter();
+        let values: Vec<f64> = match &self.inner {
+            ThicknessModel::Uniform { thickness_nm } => heights.map(|_| *thickness_nm).collect(),
+            ThicknessModel::Gradient(gradient) => heights.map(|&s| gradient.at_height(s)).collect(),
+            _ => return Err(PyValueError::new_err("this model does not follow height")),
+        };
         Ok(values.into_pyarray(py))
     }
 
     fn map<'py>(&self, py: Python<'py>, width: usize, height: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let map = wrap(py.detach(|| self.inner.map(width, height)))?;
+        let map = wrap(py.detach(|| self.inner.map(width, height, None)))?;
         map.into_thickness_nm().into_pyarray(py).reshape([height, width])
     }
 }

@@ -5,13 +5,23 @@ use crate::model::Scene;
 use crate::reader::{join, suggestion};
 use crate::tree::{Node, Value, quoted};
 
-/// Keys of which a table takes one: setting one removes the others.
-const ALTERNATIVES: [&[&str]; 4] = [
-    &["fov_deg", "orthographic_height"],
-    &["map", "illuminant", "builtin"],
-    &["film", "coating", "dielectric", "metal", "diffuse", "emitter"],
-    &["sphere", "rectangle", "disk", "plane", "cap", "mesh"],
+/// Keys of which a table takes one, each with those that go with it: setting one removes the others.
+const ALTERNATIVES: [&[&[&str]]; 5] = [
+    &[&["fov_deg"], &["orthographic_height"]],
+    &[&["map"], &["illuminant"], &["builtin"]],
+    &[&["film"], &["coating"], &["dielectric"], &["metal"], &["diffuse"], &["emitter"]],
+    &[&["sphere"], &["rectangle"], &["disk"], &["plane"], &["cap"], &["mesh"]],
+    &[&["gradient"], &["wedge"], &["lens_gap"], &["map", "min_nm", "max_nm"], &["flow"]],
 ];
+
+/// Whether a table that is given `key` must lose its entry `other`.
+fn is_rival(key: &str, other: &str) -> bool {
+    // `map` stands among lights and among thicknesses; neither table holds a key of the other.
+    ALTERNATIVES.iter().any(|group| {
+        let place = |name: &str| group.iter().position(|keys| keys.contains(&name));
+        place(key).zip(place(other)).is_some_and(|(a, b)| a != b)
+    })
+}
 
 impl Scene {
     /// The scene with one value replaced, validated anew.
@@ -46,9 +56,7 @@ fn set(tree: &mut Node, path: &str, value: Node) -> Result<(), SceneError> {
         }
         match &mut node.value {
             Value::Table(entries) => {
-                if let Some(rivals) = ALTERNATIVES.iter().find(|group| group.contains(key)) {
-                    entries.retain(|(name, _)| name == key || !rivals.contains(&name.as_str()));
-                }
+                entries.retain(|(name, _)| !is_rival(key, name));
                 let at = match entries.iter().position(|(name, _)| name == key) {
                     Some(at) => at,
                     None => {

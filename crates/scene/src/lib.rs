@@ -13,10 +13,14 @@ mod files;
 mod lights;
 mod load;
 mod map;
+mod medium;
 mod model;
 mod objects;
 mod reader;
+mod shape;
 mod studio;
+mod surfaces;
+mod thickness;
 mod tree;
 mod validate;
 

@@ -28,9 +28,7 @@ fn environment(node: &Node, path: &str, origin: &Origin, maps: &mut Maps) -> Res
     let name = table.needed_text(kind)?;
     // The cheap checks first: a map can take seconds to read.
     let rotation_deg = table.number("rotation_deg", defaults::ROTATION_DEG, "a finite angle in degrees", |_| true)?;
-    let radiance = table.number("radiance", defaults::RADIANCE, "a radiance >= 0, at most 1e12", |v| {
-        (0.0..=MAX_RADIANCE).contains(&v)
-    })?;
+    let radiance = radiance(&table)?;
     let source = match kind {
         "map" => origin.resolve(name).and_then(|path| maps.read(&path, name)).map(EnvironmentSource::Map),
         "illuminant" => illuminant(name, origin).map(EnvironmentSource::Uniform),
@@ -46,6 +44,12 @@ fn environment(node: &Node, path: &str, origin: &Origin, maps: &mut Maps) -> Res
     Ok((Environment { source, rotation_deg, radiance }, Node::table(entries)))
 }
 
+/// The radiance that a table of a light or an emitter states.
+pub fn radiance(table: &Table<'_>) -> Result<f64, SceneError> {
+    let is_radiance = |v| (0.0..=MAX_RADIANCE).contains(&v);
+    table.number("radiance", defaults::RADIANCE, "a radiance >= 0, at most 1e12", is_radiance)
+}
+
 /// Environments made by code.
 fn builtin(name: &str) -> Result<EnvironmentSource, SceneError> {
     match name {
@@ -56,7 +60,7 @@ fn builtin(name: &str) -> Result<EnvironmentSource, SceneError> {
 }
 
 /// An illuminant by name, or a CSV file of the scene's.
-fn illuminant(name: &str, origin: &Origin) -> Result<Illuminant, SceneError> {
+pub fn illuminant(name: &str, origin: &Origin) -> Result<Illuminant, SceneError> {
     if name.to_lowercase().ends_with(".csv") {
         let bad = |why: String| SceneError::new(format!("{} cannot be used as an illuminant: {why}", quoted(name)));
         let bytes = read_whole(&origin.resolve(name)?, MAX_CSV_BYTES).map_err(bad)?;

@@ -38,6 +38,15 @@ impl Unit {
             Unit::Mm => "mm",
         }
     }
+
+    /// Millimetres in one of it.
+    pub fn millimetres(self) -> f64 {
+        match self {
+            Unit::M => 1000.0,
+            Unit::Cm => 10.0,
+            Unit::Mm => 1.0,
+        }
+    }
 }
 
 /// A camera; world is right-handed, y up.

@@ -1,6 +1,7 @@
 //! Reading values out of the tree with errors that say where: every reader of a table names the keys it knows.
 
 use crate::error::SceneError;
+use crate::shape::length;
 use crate::tree::{Node, Value, quoted};
 
 /// Largest coordinate, scene units, and one over the smallest length: squares and their products stay within the range
@@ -171,6 +172,15 @@ impl<'a> Table<'a> {
             Some(&[x, y, z]) if [x, y, z].iter().all(|v| v.abs() <= MAX_LENGTH) => Ok([x, y, z]),
             _ => Err(self.wrong(key, "three finite numbers, at most 1e9 either way")),
         }
+    }
+
+    /// Three coordinates with a direction, or their default.
+    pub fn vector(&self, key: &str, default: [f64; 3]) -> Result<[f64; 3], SceneError> {
+        let vector = self.triple(key, default)?;
+        if (1.0 / MAX_LENGTH..=2.0 * MAX_LENGTH).contains(&length(vector)) {
+            return Ok(vector);
+        }
+        Err(self.wrong(key, "a vector of a length > 0, from 1e-9 to 1e9"))
     }
 
     /// A text, if it is there.

@@ -2,13 +2,16 @@
 
 use std::collections::HashSet;
 
+use iridesce_optics::{Complex64, Medium};
+
 use crate::defaults;
 use crate::error::SceneError;
 use crate::files::Maps;
 use crate::lights::light;
-use crate::model::{Camera, Origin, Projection, RenderSettings, Scene, Unit};
-use crate::objects::object;
+use crate::model::{Camera, Lens, Object, Origin, Projection, RenderSettings, Scene, Surface, Unit};
+use crate::objects::{Context, object};
 use crate::reader::{Table, as_number};
+use crate::shape::{cross, difference, length};
 use crate::tree::{Node, Value};
 
 /// Largest side of a picture, pixels.
@@ -48,8 +51,9 @@ pub fn build(node: &Node, origin: Origin, mut maps: Maps) -> Result<Scene, Scene
         return Err(root.wrong("object", &format!("a list of at most {MAX_OBJECTS} tables")));
     }
     let (mut objects, mut object_trees, mut names) = (Vec::new(), Vec::new(), HashSet::new());
+    let context = Context { unit, origin: &origin };
     for (i, item) in items.iter().enumerate() {
-        let (object, tree) = object(item, i, unit)?;
+        let (object, tree) = object(item, i, &context)?;
         if !names.insert(object.name.clone()) {
             let line = item.get("name").map_or(item.line, |name| name.line);
             return Err(SceneError::new(format!("two objects are named \"{}\"; names must differ", object.name))
@@ -58,6 +62,7 @@ pub fn build(node: &Node, origin: Origin, mut maps: Maps) -> Result<Scene, Scene
         objects.push(object);
         object_trees.push(tree);
     }
+    check_outsides(&objects, items)?;
     let (mut lights, mut light_trees) = (Vec::new(), Vec::new());
     let items = root.list("light")?;
     if items.len() > MAX_LIGHTS {
@@ -83,13 +88,22 @@ fn camera(node: &Node) -> Result<(Camera, Node), SceneError> {
     let table = Table::new(
         node,
         "camera",
-        &["position", "target", "up", "fov_deg", "orthographic_height", "resolution"],
-        &["aperture_radius", "focus_distance"],
+        &[
+            "position",
+            "target",
+            "up",
+            "fov_deg",
+            "orthographic_height",
+            "aperture_radius",
+            "focus_distance",
+            "resolution",
+        ],
+        &[],
     )?;
     let position = table.triple("position", defaults::POSITION)?;
     let target = table.triple("target", defaults::TARGET)?;
     let up = table.triple("up", defaults::UP)?;
-    let view: [f64; 3] = std::array::from_fn(|i| target[i] - position[i]);
+    let view = difference(target, position);
     let (view_length, up_length) = (length(view), length(up));
     if view_length <= 1e-12 * (1.0 + length(position)) {
         return Err(SceneError::new(format!(
@@ -97,8 +111,7 @@ fn camera(node: &Node) -> Result<(Camera, Node), SceneError> {
         ))
         .at("camera.target", table.get("target").and_then(|n| n.line).or(node.line)));
     }
-    let across =
-        [view[1] * up[2] - view[2] * up[1], view[2] * up[0] - view[0] * up[2], view[0] * up[1] - view[1] * up[0]];
+    let across = cross(view, up);
     if length(across) <= 1e-9 * view_length * up_length {
         return Err(SceneError::new(format!(
             "camera.up must not be zero or along the view from position to target, got {up:?}"
@@ -118,14 +131,64 @@ fn camera(node: &Node) -> Result<(Camera, Node), SceneError> {
         (Projection::Orthographic { height }, ("orthographic_height", Node::number(height)))
     };
     let resolution = resolution(&table)?;
-    let tree = Node::table([
+    let mut entries = vec![
         ("position", Node::numbers(&position)),
         ("target", Node::numbers(&target)),
         ("up", Node::numbers(&up)),
         view_entry,
-        ("resolution", Value::List(resolution.iter().map(|&v| Value::Int(v.into()).into()).collect()).into()),
-    ]);
-    Ok((Camera { position, target, up, projection, lens: None, resolution }, tree))
+    ];
+    let lens = lens(&table, view_length, &mut entries)?;
+    entries.push(("resolution", Value::List(resolution.iter().map(|&v| Value::Int(v.into()).into()).collect()).into()));
+    Ok((Camera { position, target, up, projection, lens, resolution }, Node::table(entries)))
+}
+
+/// The camera's lens, if it has one. A pinhole writes no more of it than was given.
+fn lens(
+    table: &Table<'_>,
+    to_target: f64,
+    entries: &mut Vec<(&'static str, Node)>,
+) -> Result<Option<Lens>, SceneError> {
+    let aperture_radius = table.number(
+        "aperture_radius",
+        defaults::APERTURE_RADIUS,
+        "a length, 0 (a pinhole) or from 1e-9 to 1e9",
+        |v| v == 0.0 || (1e-9..=1e9).contains(&v),
+    )?;
+    let focus_distance = table.length("focus_distance", to_target)?;
+    let is_lens = aperture_radius > 0.0;
+    if is_lens || table.get("aperture_radius").is_some() {
+        entries.push(("aperture_radius", Node::number(aperture_radius)));
+    }
+    if is_lens || table.get("focus_distance").is_some() {
+        entries.push(("focus_distance", Node::number(focus_distance)));
+    }
+    Ok(is_lens.then_some(Lens { aperture_radius, focus_distance }))
+}
+
+/// A film's `outside` is the surrounding n = 1, or a medium that fills the space behind some surface: whether a ray is
+/// in it where it meets the film, only the ray can say.
+fn check_outsides(objects: &[Object], items: &[Node]) -> Result<(), SceneError> {
+    let fills = |medium: &Medium| {
+        objects.iter().any(|object| match &object.surface {
+            Surface::Dielectric(behind) => behind == medium,
+            Surface::Coating(coating) => coating.substrate == *medium,
+            _ => false,
+        })
+    };
+    for (object, item) in objects.iter().zip(items) {
+        let Surface::Film(film) = &object.surface else { continue };
+        if film.outside.constant_index() == Some(Complex64::new(1.0, 0.0)) || fills(&film.outside) {
+            continue;
+        }
+        let path = format!("object.{}.surface.film.outside", object.name);
+        let given = ["surface", "film", "outside"].iter().try_fold(item, |node, key| node.get(key));
+        let text = given.map_or_else(|| film.outside.name().to_owned(), Node::describe);
+        return Err(SceneError::new(format!(
+            "{path} must be the medium that the film lies in, here air (n = 1), got {text}"
+        ))
+        .at(path, given.and_then(|n| n.line)));
+    }
+    Ok(())
 }
 
 fn resolution(table: &Table<'_>) -> Result<[u32; 2], SceneError> {
@@ -170,8 +233,4 @@ fn settings(node: Option<&Node>) -> Result<(RenderSettings, Node), SceneError> {
         ("max_depth", Value::Int(max_depth.into()).into()),
     ]);
     Ok((RenderSettings { samples: samples as u32, seed, max_depth: max_depth as u32 }, tree))
-}
-
-fn length(v: [f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

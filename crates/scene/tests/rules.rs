@@ -37,7 +37,7 @@ fn what_is_left_out_has_the_stated_default() {
     assert_eq!(scene.objects[0].shape, Shape::Sphere { center: [0.0; 3], radius: 4.0 });
     let Surface::Film(film) = &scene.objects[0].surface else { panic!("no film") };
     assert_eq!((film.medium.name(), film.outside.name()), ("soap", "air"));
-    assert_eq!(*film.thickness.model(), ThicknessModel::Gradient { top_nm: 0.0, bottom_nm: 800.0, exponent: 1.0 });
+    assert_eq!(*film.thickness.model(), ThicknessModel::gradient(0.0, 800.0, 1.0).unwrap());
     let Light::Environment(light) = &scene.lights[0];
     assert_eq!((light.rotation_deg, light.radiance), (0.0, 1.0));
     let two = read(&LEAST.replace("[[light]]", "[[object]]\n[[light]]")).unwrap();
@@ -200,7 +200,7 @@ fn paths_that_lead_nowhere_suggest_where_to_go() {
         ("camera.position.3", "camera.position.3", "numbers from 0 to 2"),
         ("object.bubble.surface.film.thicknes_nm", "object.bubble.surface.film.thicknes_nm", "thickness_nm"),
         ("camera.fov_deg.value", "camera.fov_deg", "must be an angle"),
-        ("object.bubble.surface.coating", "object.bubble.surface.coating", "not available in this version"),
+        ("object.bubble.surface.coating", "object.bubble.surface.coating", "must be a table with the keys layers"),
         ("", "", "camera.fov_deg"),
         ("camera..fov_deg", "camera..fov_deg", "is no path"),
         (".", ".", "is no path"),

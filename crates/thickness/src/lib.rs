@@ -1,7 +1,13 @@
 //! How thick a film is, where. Lengths and grids only, no light.
 
+mod gradient;
+mod lens_gap;
 mod map;
 mod model;
+mod wedge;
 
+pub use gradient::Gradient;
+pub use lens_gap::LensGap;
 pub use map::ThicknessMap;
 pub use model::{ThicknessError, ThicknessModel};
+pub use wedge::Wedge;

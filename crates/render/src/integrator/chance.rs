@@ -1,0 +1,170 @@
+//! Which branches go on: all that matter, the others by chance, none without being made up for.
+//!
+//! Every choice is made against the scene's mean light: what the branch would find if its surroundings had their mean
+//! radiance is added for certain, and only the difference from that is left to chance.
+
+use fearless_simd::Simd;
+
+use super::{FAINT, Fate, Path, Sums, Target, Tracer};
+use crate::geometry::Hit;
+use crate::media::Within;
+use crate::sampler::Choices;
+use crate::vector::Vec3;
+
+/// How the branch that passes a surface goes on.
+pub(super) struct Onward {
+    pub direction: Vec3,
+    pub within: Within,
+    pub band: Option<u8>,
+    pub is_scattered: bool,
+}
+
+impl Onward {
+    #[inline(always)]
+    fn take(&self, path: &mut Path, hit: Hit) {
+        (path.direction, path.hit, path.within) = (self.direction, hit, self.within);
+        (path.band, path.is_scattered) = (self.band, self.is_scattered);
+    }
+}
+
+impl Tracer<'_> {
+    /// Goes on with what came of a hit: `path` becomes the branch to follow next (false: there is none), another waits.
+    ///
+    /// The path is changed in place: copies of it would wait for the stores before them.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "plain values of one hit; a struct of them passes through memory")]
+    pub(super) fn follow<S: Simd>(
+        &mut self,
+        simd: S,
+        path: &mut Path,
+        fates: [Fate; 2],
+        to: [Target; 2],
+        mirror: Vec3,
+        onward: &Onward,
+        [mirrored_y, passed_y]: [f32; 2],
+        sums: &mut Sums<S>,
+        choices: &mut Choices,
+    ) -> bool {
+        match fates {
+            [Fate::GoesOn(mirrored_hit), Fate::GoesOn(passed_hit)] => {
+                let Target::Slot(slot) = to[0] else { unreachable!("what goes on has a slot") };
+                let mirrored = Path { direction: mirror, hit: mirrored_hit, slot, is_scattered: false, ..*path };
+                onward.take(path, passed_hit);
+                self.follow_both(simd, path, mirrored, [mirrored_y, passed_y], sums, choices)
+            }
+            [Fate::GoesOn(hit), _] => {
+                (path.direction, path.hit, path.is_scattered) = (mirror, hit, false);
+                self.survives(simd, path, mirrored_y, sums, choices)
+            }
+            [_, Fate::GoesOn(hit)] => {
+                onward.take(path, hit);
+                self.survives(simd, path, passed_y, sums, choices)
+            }
+            _ => false,
+        }
+    }
+
+    #[inline(always)]
+    fn follow_both<S: Simd>(
+        &mut self,
+        simd: S,
+        path: &mut Path,
+        mut mirrored: Path,
+        [mirrored_y, passed_y]: [f32; 2],
+        sums: &mut Sums<S>,
+        choices: &mut Choices,
+    ) -> bool {
+        if path.hits >= self.scene.max_depth {
+            return self.choose(simd, path, mirrored, [mirrored_y, passed_y], sums, choices);
+        }
+        let mirrored_survives = self.survives(simd, &mut mirrored, mirrored_y, sums, choices);
+        let passed_survives = self.survives(simd, path, passed_y, sums, choices);
+        match (mirrored_survives, passed_survives) {
+            (true, true) => self.waiting.push(mirrored),
+            (true, false) => {
+                self.free.push(path.slot);
+                *path = mirrored;
+            }
+            (false, _) => self.free.push(mirrored.slot),
+        }
+        mirrored_survives || passed_survives
+    }
+
+    /// Of two branches that both go on, keeps one with probability in proportion to luminance.
+    #[inline(always)]
+    fn choose<S: Simd>(
+        &mut self,
+        simd: S,
+        path: &mut Path,
+        mirrored: Path,
+        [mirrored_y, passed_y]: [f32; 2],
+        sums: &mut Sums<S>,
+        choices: &mut Choices,
+    ) -> bool {
+        self.add_mean_light(simd, &mirrored, 1.0, sums);
+        self.add_mean_light(simd, path, 1.0, sums);
+        let sum = mirrored_y + passed_y;
+        let share = if sum > 0.0 { (mirrored_y / sum).clamp(0.0, 1.0) } else { 0.5 };
+        let probability = if choices.next() < share {
+            self.free.push(path.slot);
+            *path = mirrored;
+            share
+        } else {
+            self.free.push(mirrored.slot);
+            1.0 - share
+        };
+        self.scale(simd, path, 1.0 / probability);
+        self.add_mean_light(simd, path, -1.0, sums);
+        self.survives(simd, path, sum, sums, choices)
+    }
+
+    /// Whether a branch of this luminance goes on; if it does so by luck, its weight makes up for it.
+    #[inline(always)]
+    pub(super) fn survives<S: Simd>(
+        &mut self,
+        simd: S,
+        path: &mut Path,
+        luminance: f32,
+        sums: &mut Sums<S>,
+        choices: &mut Choices,
+    ) -> bool {
+        if path.hits == self.scene.max_depth {
+            // From here on the walk is a game of chance at the luminance it has now. A fixed chance would not do: at
+            // grazing angles hardly anything is lost at a hit, and weights would grow without bound.
+            path.floor = luminance.max(FAINT);
+        }
+        if luminance >= path.floor {
+            return true;
+        }
+        // A branch without luminance (or, by rounding, below zero) may still carry colour: the odds have a least value.
+        let odds = (luminance / path.floor).max(1e-3);
+        self.add_mean_light(simd, path, 1.0, sums);
+        let survives = choices.next() < odds;
+        if survives {
+            self.scale(simd, path, 1.0 / odds);
+            self.add_mean_light(simd, path, -1.0, sums);
+        }
+        survives
+    }
+
+    /// Adds what a path would find if the lights had their mean radiance everywhere.
+    #[inline(always)]
+    fn add_mean_light<S: Simd>(&self, simd: S, path: &Path, factor: f32, sums: &mut Sums<S>) {
+        let mut xyz = sums.0;
+        for block in 0..self.blocks {
+            let s = self.arena[self.at(path.slot, 0, block)].load(simd);
+            let p = self.arena[self.at(path.slot, 1, block)].load(simd);
+            xyz = self.add_mean(simd, block, (s + p) * factor, xyz);
+        }
+        sums.0 = xyz;
+    }
+
+    #[inline(always)]
+    fn scale<S: Simd>(&mut self, simd: S, path: &Path, factor: f32) {
+        let start = self.at(path.slot, 0, 0);
+        let count = if path.in_plane { 2 } else { 4 } * self.blocks;
+        for lanes in &mut self.arena[start..start + count] {
+            lanes.store(lanes.load(simd) * factor);
+        }
+    }
+}

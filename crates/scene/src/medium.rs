@@ -1,0 +1,48 @@
+//! Media: names, numbers or pairs.
+
+use iridesce_optics::{Complex64, Medium};
+
+use crate::error::SceneError;
+use crate::reader::{Table, as_number};
+use crate::tree::{Node, Value};
+
+/// Largest n and k: beyond any metal's, and their fourth powers stay within the range of single precision.
+const MAX_INDEX: f64 = 1e3;
+
+/// The medium that a key names, or a default.
+pub fn medium_or(table: &Table<'_>, key: &str, default: &str) -> Result<(Medium, Node), SceneError> {
+    match table.get(key) {
+        Some(node) => medium(node, &table.path(key)),
+        None => medium(&Node::text(default), &table.path(key)),
+    }
+}
+
+/// A medium is a name, a number or `[n, k]`.
+pub fn medium(node: &Node, path: &str) -> Result<(Medium, Node), SceneError> {
+    let wrong = |message: String| SceneError::new(format!("{path} {message}")).at(path, node.line);
+    let constant = |n: f64, k: f64| {
+        if !(n > 0.0 && n <= MAX_INDEX && (0.0..=MAX_INDEX).contains(&k)) {
+            return Err(wrong(format!(
+                "must have 0 < n <= 1000 and 0 <= k <= 1000 in a scene, got {}",
+                node.describe()
+            )));
+        }
+        Medium::constant(Complex64::new(n, k)).map_err(|e| wrong(format!("cannot be used: {e}")))
+    };
+    let other = || wrong(format!("must be a medium: a name, a number or [n, k], got {}", node.describe()));
+    let found = match &node.value {
+        // Longer than any name: not to be repeated in a message.
+        Value::Text(name) if name.len() > 100 => return Err(other()),
+        Value::Text(name) => Medium::named(name).map_err(|e| wrong(format!("cannot be used: {e}")))?,
+        Value::Int(_) | Value::Float(_) => constant(as_number(node).ok_or_else(other)?, 0.0)?,
+        Value::List(items) => match items.iter().map(as_number).collect::<Option<Vec<f64>>>().as_deref() {
+            Some(&[n, k]) => constant(n, k)?,
+            _ => return Err(other()),
+        },
+        _ => return Err(other()),
+    };
+    for nm in [360.0, 830.0] {
+        found.index_extended(nm).map_err(|e| wrong(format!("cannot be used: {e}")))?;
+    }
+    Ok((found, node.without_lines()))
+}

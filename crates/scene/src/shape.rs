@@ -1,0 +1,272 @@
+//! Where on a shape a point lies: its height, its distance from the middle, its u and v.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::model::Shape;
+
+/// Sine of the angle to +y below which a normal counts as vertical: the direction that +y has in the surface is then
+/// rounding alone.
+const VERTICAL: f64 = 1e-6;
+
+pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+pub fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] - b[i])
+}
+
+pub fn scaled(a: [f64; 3], factor: f64) -> [f64; 3] {
+    a.map(|x| x * factor)
+}
+
+pub fn length(a: [f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+impl Shape {
+    /// The world y of its lowest and its highest point; `None` for an unbounded shape.
+    pub fn heights(&self) -> Option<[f64; 2]> {
+        let around = |y: f64, half: f64| Some([y - half, y + half]);
+        match *self {
+            Shape::Sphere { center, radius } => around(center[1], radius),
+            Shape::Rectangle { center, u, v } => around(center[1], u[1].abs() + v[1].abs()),
+            Shape::Disk { center, normal, radius } => around(center[1], radius * normal[0].hypot(normal[2])),
+            Shape::Plane { .. } => None,
+            Shape::Cap { center, axis, radius_of_curvature, aperture_radius } => {
+                // From the sphere's centre outwards to the vertex; the rim lies `sag` behind the vertex along it.
+                let out = scaled(axis, radius_of_curvature.signum());
+                let radius = radius_of_curvature.abs();
+                let square = aperture_radius.powi(2);
+                let to_rim = (radius * radius - square).max(0.0).sqrt();
+                let sag = square / (radius + to_rim);
+                let sine = out[0].hypot(out[2]);
+                let rim = center[1] - sag * out[1];
+                let reach = aperture_radius * sine;
+                // The sphere's own highest and lowest points, where the cap holds them.
+                let holds = |up: f64| up >= 0.0 && radius * sine <= aperture_radius;
+                let top = if holds(out[1]) { center[1] + radius * (1.0 - out[1]) } else { rim + reach };
+                let bottom = if holds(-out[1]) { center[1] - radius * (1.0 + out[1]) } else { rim - reach };
+                Some([bottom, top])
+            }
+        }
+    }
+
+    /// The farthest that it reaches from its middle, scene units, for a cap from its axis; `None` for an unbounded
+    /// shape.
+    pub fn reach(&self) -> Option<f64> {
+        match *self {
+            Shape::Sphere { radius, .. } | Shape::Disk { radius, .. } => Some(radius),
+            Shape::Rectangle { u, v, .. } => Some(length(difference(u, v)).max(length(difference(u, scaled(v, -1.0))))),
+            Shape::Plane { .. } => None,
+            Shape::Cap { aperture_radius, .. } => Some(aperture_radius),
+        }
+    }
+
+    /// Where a map laid over the shape lies at a point of it: u and v, in general 0 to 1. `docs/conventions.md` says how
+    /// they run on every shape.
+    ///
+    /// ```
+    /// use iridesce_scene::Shape;
+    /// let disk = Shape::Disk { center: [0.0; 3], normal: [0.0, 0.0, 1.0], radius: 2.0 };
+    /// assert_eq!(disk.uv([1.0, -2.0, 0.0]), [0.75, 0.0]);
+    /// ```
+    pub fn uv(&self, point: [f64; 3]) -> [f64; 2] {
+        Chart::new(self).uv(point)
+    }
+}
+
+/// How u and v run over a shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Chart {
+    /// Longitude and latitude around a centre.
+    Globe {
+        /// The centre.
+        center: [f64; 3],
+    },
+    /// Linear in place: `u = 1/2 + across . (point - center)`, v the same with `up`.
+    Flat {
+        /// Where both are 1/2.
+        center: [f64; 3],
+        /// How u grows, per scene unit.
+        across: [f64; 3],
+        /// How v grows, per scene unit.
+        up: [f64; 3],
+        /// Whether the map repeats.
+        repeats: bool,
+    },
+}
+
+impl Chart {
+    /// The chart of a shape.
+    pub fn new(shape: &Shape) -> Chart {
+        let facing = |center, normal, per_unit: f64, repeats| {
+            let (across, up) = axes(normal);
+            Chart::Flat { center, across: scaled(across, per_unit), up: scaled(up, per_unit), repeats }
+        };
+        match *shape {
+            Shape::Sphere { center, .. } => Chart::Globe { center },
+            Shape::Rectangle { center, u, v } => {
+                // The reciprocal basis: also right where u and v are not at right angles.
+                let normal = cross(u, v);
+                let half = 0.5 / dot(normal, normal);
+                let (across, up) = (scaled(cross(v, normal), half), scaled(cross(normal, u), half));
+                Chart::Flat { center, across, up, repeats: false }
+            }
+            Shape::Disk { center, normal, radius } => facing(center, normal, 0.5 / radius, false),
+            Shape::Plane { point, normal } => facing(point, normal, 1.0, true),
+            Shape::Cap { center, axis, aperture_radius, .. } => facing(center, axis, 0.5 / aperture_radius, false),
+        }
+    }
+
+    /// u and v of a point.
+    pub fn uv(&self, point: [f64; 3]) -> [f64; 2] {
+        match *self {
+            Chart::Globe { center } => {
+                let [x, y, z] = difference(point, center);
+                [0.5 + x.atan2(z) / TAU, 0.5 + y.atan2(x.hypot(z)) / PI]
+            }
+            Chart::Flat { center, across, up, .. } => {
+                let way = difference(point, center);
+                [0.5 + dot(way, across), 0.5 + dot(way, up)]
+            }
+        }
+    }
+
+    /// Whether the left edge of a map meets its right edge, and its bottom its top.
+    pub fn repeats(&self) -> [bool; 2] {
+        match *self {
+            Chart::Globe { .. } => [true, false],
+            Chart::Flat { repeats, .. } => [repeats; 2],
+        }
+    }
+}
+
+/// The directions of u and v in a surface that faces `normal`: v is the world's +y as it lies in the surface, or -z where
+/// the normal is along y; u is at right angles, to the right of who looks at the front.
+fn axes(normal: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+    let wanted = if normal[0].hypot(normal[2]) < VERTICAL { [0.0, 0.0, -1.0] } else { [0.0, 1.0, 0.0] };
+    let along = difference(wanted, scaled(normal, dot(wanted, normal)));
+    let up = scaled(along, 1.0 / length(along));
+    (cross(up, normal), up)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const O: [f64; 3] = [0.0; 3];
+
+    fn unit(v: [f64; 3]) -> [f64; 3] {
+        scaled(v, 1.0 / length(v))
+    }
+
+    fn near(a: [f64; 2], b: [f64; 2]) -> bool {
+        (a[0] - b[0]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12
+    }
+
+    #[test]
+    fn a_sphere_is_a_globe() {
+        let sphere = Shape::Sphere { center: [1.0, 2.0, 3.0], radius: 2.0 };
+        let at = |x: f64, y: f64, z: f64| sphere.uv([1.0 + x, 2.0 + y, 3.0 + z]);
+        assert!(near(at(0.0, 0.0, 2.0), [0.5, 0.5]), "the middle faces +z");
+        assert!(near(at(2.0, 0.0, 0.0), [0.75, 0.5]), "u grows towards +x");
+        assert!(near(at(-2.0, 0.0, 0.0), [0.25, 0.5]));
+        assert!(near(at(1e-12, 0.0, -2.0), [1.0, 0.5]) && near(at(-1e-12, 0.0, -2.0), [0.0, 0.5]), "the seam is at -z");
+        assert_eq!((at(0.0, 2.0, 0.0)[1], at(0.0, -2.0, 0.0)[1]), (1.0, 0.0));
+        let half = 2.0 * f64::sqrt(0.5);
+        assert!(near(at(0.0, half, half), [0.5, 0.75]), "v is an angle, not a height");
+    }
+
+    #[test]
+    fn rectangles_are_measured_along_their_edges() {
+        let (center, u, v) = ([1.0, 0.0, -2.0], [2.0, 0.0, 1.0], [1.0, 3.0, 0.0]);
+        let shape = Shape::Rectangle { center, u, v };
+        for (a, b) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 1.0), (0.3, -0.8)] {
+            let point = std::array::from_fn(|i| center[i] + a * u[i] + b * v[i]);
+            assert!(near(shape.uv(point), [0.5 + a / 2.0, 0.5 + b / 2.0]), "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn on_disks_caps_and_planes_v_is_up() {
+        for (normal, right, up) in [
+            ([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+            ([0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+            ([1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]),
+            ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]),
+            ([0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]),
+            ([1e-9, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]),
+            (unit([0.0, 1.0, 1.0]), [1.0, 0.0, 0.0], unit([0.0, 1.0, -1.0])),
+        ] {
+            let center = [3.0, -1.0, 2.0];
+            let step = |a: f64, b: f64| std::array::from_fn(|i| center[i] + a * right[i] + b * up[i]);
+            let disk = Shape::Disk { center, normal, radius: 2.0 };
+            let cap = Shape::Cap { center, axis: normal, radius_of_curvature: -5.0, aperture_radius: 2.0 };
+            let plane = Shape::Plane { point: center, normal };
+            for (a, b) in [(0.0, 0.0), (2.0, 0.0), (-1.0, 0.5), (0.0, -2.0)] {
+                for shape in [disk, cap] {
+                    let uv = shape.uv(step(a, b));
+                    assert!((uv[0] - 0.5 - a / 4.0).abs() < 1e-8 && (uv[1] - 0.5 - b / 4.0).abs() < 1e-8, "{normal:?}");
+                }
+                let uv = plane.uv(step(a, b));
+                assert!((uv[0] - 0.5 - a).abs() < 1e-8 && (uv[1] - 0.5 - b).abs() < 1e-8, "one unit a repeat");
+            }
+            assert_eq!(Chart::new(&plane).repeats(), [true, true]);
+            assert_eq!(Chart::new(&disk).repeats(), [false, false]);
+        }
+    }
+
+    /// Every shape's lowest and highest point, against many points of it.
+    #[test]
+    fn heights_are_those_of_the_points() {
+        let center = [0.5, -1.5, 2.0];
+        let directions =
+            [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.3, 1.0, 0.1], [0.2, -0.9, 0.5], [1.0, 0.2, -0.4]];
+        for axis in directions.map(unit) {
+            let (across, up) = axes(axis);
+            for (radius, rim) in [(5.0, 2.0), (-5.0, 2.0), (2.0, 2.0), (-2.0, 2.0), (1e6, 3.0)] {
+                let shape = Shape::Cap { center, axis, radius_of_curvature: radius, aperture_radius: rim };
+                let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+                for i in 0..=400 {
+                    let r = rim * f64::from(i) / 400.0;
+                    let sag = r * r / (f64::abs(radius) + (radius * radius - r * r).max(0.0).sqrt());
+                    for j in 0..720 {
+                        let (sin, cos) = (f64::from(j) / 720.0 * TAU).sin_cos();
+                        let y = center[1] + r * (cos * across[1] + sin * up[1]) - radius.signum() * sag * axis[1];
+                        (low, high) = (low.min(y), high.max(y));
+                    }
+                }
+                let [bottom, top] = shape.heights().unwrap();
+                assert!(bottom <= low + 1e-9 && high <= top + 1e-9, "{axis:?} {radius}");
+                assert!(low - bottom < 1e-3 && top - high < 1e-3, "{axis:?} {radius}: {bottom} {low} {high} {top}");
+            }
+            let disk = Shape::Disk { center, normal: axis, radius: 2.0 }.heights().unwrap();
+            let rim = (0..720).map(|j| {
+                let (sin, cos) = (f64::from(j) / 720.0 * TAU).sin_cos();
+                center[1] + 2.0 * (cos * across[1] + sin * up[1])
+            });
+            assert!((rim.fold(f64::NEG_INFINITY, f64::max) - disk[1]).abs() < 1e-4);
+        }
+        let rectangle = Shape::Rectangle { center, u: [1.0, 2.0, 0.0], v: [0.0, -3.0, 1.0] };
+        assert_eq!(rectangle.heights(), Some([-6.5, 3.5]));
+        assert_eq!(Shape::Sphere { center, radius: 2.0 }.heights(), Some([-3.5, 0.5]));
+        assert_eq!(Shape::Plane { point: O, normal: [0.0, 1.0, 0.0] }.heights(), None);
+    }
+
+    #[test]
+    fn shapes_reach_to_their_farthest_point() {
+        let rectangle = |u, v| Shape::Rectangle { center: O, u, v }.reach().unwrap();
+        assert_eq!(rectangle([3.0, 0.0, 0.0], [0.0, 4.0, 0.0]), 5.0);
+        // A parallelogram: its longer diagonal.
+        assert_eq!(rectangle([3.0, 0.0, 0.0], [3.0, 1.0, 0.0]), f64::sqrt(37.0));
+        assert_eq!(rectangle([3.0, 0.0, 0.0], [-3.0, 1.0, 0.0]), f64::sqrt(37.0));
+        let cap = Shape::Cap { center: O, axis: [0.0, 1.0, 0.0], radius_of_curvature: 9.0, aperture_radius: 2.0 };
+        assert_eq!(cap.reach(), Some(2.0));
+        assert_eq!(Shape::Plane { point: O, normal: [0.0, 1.0, 0.0] }.reach(), None);
+    }
+}

@@ -1,0 +1,100 @@
+//! Thicknesses: a number or a model.
+
+use iridesce_thickness::{ThicknessError, ThicknessModel};
+
+use crate::defaults;
+use crate::error::SceneError;
+use crate::objects::Context;
+use crate::reader::{Table, as_number};
+use crate::tree::{Node, Value};
+
+/// Thickest film: 1 cm. Its phase has 10^5 turns, of which single precision still tells hundredths apart.
+pub const MAX_THICKNESS_NM: f64 = 1e7;
+const THICKNESS: &str = "a thickness in nm, from 0 to 1e7";
+
+fn is_thickness(v: f64) -> bool {
+    (0.0..=MAX_THICKNESS_NM).contains(&v)
+}
+
+/// A thickness model, and its tree with every default.
+pub fn thickness(
+    given: Option<&Node>,
+    path: &str,
+    _context: &Context<'_>,
+) -> Result<(ThicknessModel, Node), SceneError> {
+    let default = || {
+        let ends = [("top", Node::number(defaults::TOP_NM)), ("bottom", Node::number(defaults::BOTTOM_NM))];
+        Node::table([("gradient", Node::table(ends))])
+    };
+    let node = &given.cloned().unwrap_or_else(default);
+    let wrong = |why: String| SceneError::new(format!("{path} {why}")).at(path, node.line);
+    if let Some(thickness_nm) = as_number(node) {
+        if !is_thickness(thickness_nm) {
+            return Err(wrong(format!("must be {THICKNESS}, got {}", node.describe())));
+        }
+        let model = ThicknessModel::uniform(thickness_nm).map_err(|e| wrong(e.message))?;
+        return Ok((model, Node::number(thickness_nm)));
+    }
+    if !matches!(node.value, Value::Table(_)) {
+        return Err(wrong(format!("must be a number or a thickness model, got {}", node.describe())));
+    }
+    const KINDS: [&str; 3] = ["gradient", "wedge", "lens_gap"];
+    let table = Table::new(node, path, &KINDS, &["map", "flow"])?;
+    let (kind, inner) = table.one_of(&KINDS)?;
+    let path = table.path(kind);
+    let (model, tree) = match kind {
+        "gradient" => gradient(inner, path)?,
+        "wedge" => wedge(inner, path)?,
+        _ => lens_gap(inner, path)?,
+    };
+    Ok((model, Node::table([(kind, tree)])))
+}
+
+fn gradient(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneError> {
+    let table = Table::new(node, path, &["top", "bottom", "exponent"], &[])?;
+    let top = table.needed_number("top", THICKNESS, is_thickness)?;
+    let bottom = table.needed_number("bottom", THICKNESS, is_thickness)?;
+    let exponent = table.number("exponent", defaults::EXPONENT, "an exponent > 0", |v| v > 0.0)?;
+    let model = ThicknessModel::gradient(top, bottom, exponent).map_err(|e| at_key(&table, node, e))?;
+    let tree = Node::table([
+        ("top", Node::number(top)),
+        ("bottom", Node::number(bottom)),
+        ("exponent", Node::number(exponent)),
+    ]);
+    Ok((model, tree))
+}
+
+fn wedge(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneError> {
+    let table = Table::new(node, path, &["from", "to", "start_nm", "end_nm"], &[])?;
+    table.need("from")?;
+    table.need("to")?;
+    let from = table.triple("from", [0.0; 3])?;
+    let to = table.triple("to", [0.0; 3])?;
+    let start_nm = table.needed_number("start_nm", THICKNESS, is_thickness)?;
+    let end_nm = table.needed_number("end_nm", THICKNESS, is_thickness)?;
+    let model = ThicknessModel::wedge(from, to, start_nm, end_nm).map_err(|e| at_key(&table, node, e))?;
+    let tree = Node::table([
+        ("from", Node::numbers(&from)),
+        ("to", Node::numbers(&to)),
+        ("start_nm", Node::number(start_nm)),
+        ("end_nm", Node::number(end_nm)),
+    ]);
+    Ok((model, tree))
+}
+
+fn lens_gap(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneError> {
+    let table = Table::new(node, path, &["radius_mm", "contact_gap_nm"], &[])?;
+    let is_radius = |v: f64| (1e-9..=1e12).contains(&v);
+    let radius_mm = table.needed_number("radius_mm", "a radius in mm > 0, from 1e-9 to 1e12", is_radius)?;
+    let contact_gap_nm = table.number("contact_gap_nm", defaults::CONTACT_GAP_NM, THICKNESS, is_thickness)?;
+    let model = ThicknessModel::lens_gap(radius_mm, contact_gap_nm).map_err(|e| at_key(&table, node, e))?;
+    let tree = Node::table([("radius_mm", Node::number(radius_mm)), ("contact_gap_nm", Node::number(contact_gap_nm))]);
+    Ok((model, tree))
+}
+
+/// What the model itself does not allow, at its key.
+fn at_key(table: &Table<'_>, node: &Node, error: ThicknessError) -> SceneError {
+    let path = table.path(error.key);
+    let line = table.get(error.key).and_then(|n| n.line).or(node.line);
+    SceneError::new(format!("{path} {}", error.message)).at(path, line)
+}
