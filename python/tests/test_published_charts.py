@@ -143,7 +143,7 @@ def test_no_lamp_makes_the_third_order_yellow() -> None:
 
 
 def test_silica_on_silicon_agrees_best_near_the_printed_thickness() -> None:
-    """The names tell thickness: of all scales from 0.8 to 1.2 the one they prefer lies within 2 % of the printed."""
+    """The names tell thickness: of all scales from 0.8 to 1.2 the one they prefer lies within 2.5 % of the printed."""
     colours = charts.lch("SiO2", "Si")
     scales = np.arange(0.80, 1.201, 0.01)
     scores = [
@@ -191,6 +191,9 @@ def test_anodised_titanium_agrees_with_a_rule_within_the_usual_bounds() -> None:
     fitted = charts.judge(charts.TITANIUM, charts.anodised(2.4, 5.0))
     assert charts.count(nominal, "yes", "row") <= 6
     assert charts.count(fitted, "yes", "row") >= 12
+    # The pair was picked from many because it fits: names at random, with the same choice, must seldom do as well.
+    best = max(charts.count(charts.judge(charts.TITANIUM, charts.anodised(*p)), "yes") for p in charts.TITANIUM_PAIRS)
+    assert (charts.titanium_by_chance() >= best).mean() < 0.02
 
 
 def test_oil_on_water_shows_colours_where_the_code_puts_the_rainbow() -> None:
