@@ -10,6 +10,7 @@ mod edit;
 mod error;
 mod field;
 mod files;
+mod grid;
 mod lights;
 mod load;
 mod map;
@@ -26,5 +27,6 @@ mod validate;
 
 pub use builtin::{builtin_names, builtin_text};
 pub use error::SceneError;
+pub use grid::{read_thickness_map, thickness_exr};
 pub use model::*;
 pub use tree::{Node, Value};

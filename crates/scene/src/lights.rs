@@ -30,7 +30,7 @@ fn environment(node: &Node, path: &str, origin: &Origin, maps: &mut Maps) -> Res
     let rotation_deg = table.number("rotation_deg", defaults::ROTATION_DEG, "a finite angle in degrees", |_| true)?;
     let radiance = radiance(&table)?;
     let source = match kind {
-        "map" => origin.resolve(name).and_then(|path| maps.read(&path, name)).map(EnvironmentSource::Map),
+        "map" => origin.resolve(name).and_then(|path| maps.environment(&path, name)).map(EnvironmentSource::Map),
         "illuminant" => illuminant(name, origin).map(EnvironmentSource::Uniform),
         _ => builtin(name),
     }
