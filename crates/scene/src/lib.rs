@@ -19,6 +19,7 @@ mod model;
 mod objects;
 mod reader;
 mod shape;
+mod sky;
 mod studio;
 mod surfaces;
 mod thickness;

@@ -1,4 +1,4 @@
-//! Lights: environments from maps, illuminants and the built-in studio.
+//! Lights: environments from maps, illuminants, the built-in studio and sky.
 
 use iridesce_optics::color::{Illuminant, illuminant_names};
 
@@ -7,6 +7,7 @@ use crate::error::SceneError;
 use crate::files::{MAX_RADIANCE, Maps, read_whole};
 use crate::model::{Environment, EnvironmentSource, Light, Origin};
 use crate::reader::{Table, suggestion};
+use crate::sky::sky;
 use crate::studio::studio;
 use crate::tree::{Node, quoted};
 
@@ -54,8 +55,14 @@ pub fn radiance(table: &Table<'_>) -> Result<f64, SceneError> {
 fn builtin(name: &str) -> Result<EnvironmentSource, SceneError> {
     match name {
         "studio" => Ok(EnvironmentSource::Map(studio())),
-        "sky" => Err(SceneError::new("the environment \"sky\" is not available in this version; available: studio")),
-        _ => Err(SceneError::new(format!("no built-in environment {}{}", quoted(name), suggestion(name, &["studio"])))),
+        "sky" => {
+            let (map, sun) = sky().map_err(|e| SceneError::new(e.to_string()))?;
+            Ok(EnvironmentSource::Sky(map, sun))
+        }
+        _ => {
+            let near = suggestion(name, &["studio", "sky"]);
+            Err(SceneError::new(format!("no built-in environment {}{near}", quoted(name))))
+        }
     }
 }
 

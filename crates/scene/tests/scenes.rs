@@ -29,7 +29,11 @@ fn assert_same(a: &Scene, b: &Scene) {
             (EnvironmentSource::Uniform(a), EnvironmentSource::Uniform(b)) => {
                 assert_eq!((a.name(), a.lines(), a.power(555.0)), (b.name(), b.lines(), b.power(555.0)));
             }
-            pair => panic!("one map, one uniform light: {pair:?}"),
+            (EnvironmentSource::Sky(a, sun_a), EnvironmentSource::Sky(b, sun_b)) => {
+                assert!(a == b, "the skies differ");
+                assert_eq!((sun_a.direction, sun_a.radiance), (sun_b.direction, sun_b.radiance));
+            }
+            pair => panic!("two kinds of light: {pair:?}"),
         }
     }
 }
