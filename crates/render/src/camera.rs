@@ -1,7 +1,8 @@
 //! From a place on the picture to a ray.
 
-use iridesce_scene::{Camera, Projection};
+use iridesce_scene::{Camera, Lens, Projection};
 
+use crate::sampler::Choices;
 use crate::vector::Vec3;
 
 /// A ray; `direction` has length 1.
@@ -21,6 +22,7 @@ pub struct RayCamera {
     up: Vec3,
     orthographic: bool,
     size: [f64; 2],
+    lens: Option<Lens>,
 }
 
 impl RayCamera {
@@ -42,10 +44,11 @@ impl RayCamera {
             up: up * half_height,
             orthographic,
             size: [f64::from(width), f64::from(height)],
+            lens: camera.lens,
         }
     }
 
-    /// The ray through (`x`, `y`) in pixels, (0, 0) the top left corner of the picture.
+    /// The ray through (`x`, `y`) in pixels, (0, 0) the top left corner of the picture; it passes the middle of the lens.
     #[inline(always)]
     pub fn ray(&self, x: f64, y: f64) -> Ray {
         let across = self.right * (2.0 * x / self.size[0] - 1.0) + self.up * (1.0 - 2.0 * y / self.size[1]);
@@ -54,6 +57,20 @@ impl RayCamera {
         } else {
             Ray { origin: self.position, direction: (self.forward + across).normalized() }
         }
+    }
+
+    /// [`RayCamera::ray`] through a random place of the lens, all of them equally likely: rays through one point of the
+    /// picture meet in the plane that is in focus.
+    #[inline(always)]
+    pub fn ray_through_lens(&self, x: f64, y: f64, choices: &mut Choices) -> Ray {
+        let central = self.ray(x, y);
+        let Some(lens) = self.lens else { return central };
+        let (a, b) = choices.pair();
+        let radius = lens.aperture_radius * a.sqrt();
+        let (sin, cos) = (std::f64::consts::TAU * b).sin_cos();
+        let offset = self.right.normalized() * (radius * cos) + self.up.normalized() * (radius * sin);
+        let to_focus = lens.focus_distance / central.direction.dot(self.forward);
+        Ray { origin: central.origin + offset, direction: (central.direction * to_focus - offset).normalized() }
     }
 }
 
@@ -90,5 +107,22 @@ mod tests {
         let corner = rays.ray(0.0, 0.0);
         assert_eq!((corner.origin.x, corner.origin.y), (-10.0, 5.0));
         assert_eq!(corner.direction.z, -1.0);
+    }
+
+    #[test]
+    fn rays_through_the_lens_meet_in_focus() {
+        let lens = Lens { aperture_radius: 0.5, focus_distance: 10.0 };
+        for projection in [Projection::Perspective { fov_deg: 35.0 }, Projection::Orthographic { height: 10.0 }] {
+            let rays = RayCamera::new(&Camera { lens: Some(lens), ..camera(projection) }, 200, 100);
+            let at_focus = |ray: Ray| ray.origin + ray.direction * ((6.0 - ray.origin.z) / ray.direction.z);
+            let (middle, sampler) = (at_focus(rays.ray(31.0, 17.0)), crate::sampler::PixelSampler::new(1, 2));
+            let mut widest = 0.0_f64;
+            for sample in 0..256 {
+                let ray = rays.ray_through_lens(31.0, 17.0, &mut sampler.choices(sample));
+                assert!((at_focus(ray) - middle).length_squared() < 1e-24);
+                widest = widest.max((ray.origin - rays.ray(31.0, 17.0).origin).length_squared().sqrt());
+            }
+            assert!((0.45..=0.5).contains(&widest), "{widest}");
+        }
     }
 }

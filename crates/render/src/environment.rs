@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use fearless_simd::{Simd, f32x16, prelude::*};
+use fearless_simd::{Level, Simd, dispatch, f32x16, prelude::*};
 use iridesce_scene::EnvironmentMap;
 
 use crate::lanes::polynomial;
 use crate::spectral::LANES;
+use crate::vector::Vec3;
 
 /// A latitude-longitude map with its rotation, looked up bilinearly between texel centres,
 /// wrapped in u and clamped in v.
@@ -77,6 +78,126 @@ impl MapLookup {
     }
 }
 
+/// Columns and rows of the grid by which matt surfaces look for light: 1.4 degrees.
+const GRID: [usize; 2] = [256, 128];
+
+/// Draws directions in proportion to the luminance of the maps, all added up.
+pub struct MapSampler {
+    /// Chance of a row, summed over all rows up to and with it.
+    rows: Vec<f64>,
+    /// Chance of a cell within its row, summed likewise.
+    cells: Vec<f64>,
+}
+
+impl MapSampler {
+    pub fn new(maps: &[(MapLookup, f32)]) -> MapSampler {
+        let [columns, rows] = GRID;
+        let mut power = vec![0.0_f64; columns * rows];
+        dispatch!(Level::new(), simd => measure(simd, maps, &mut power));
+        // A tenth goes to every direction alike, so that what falls between the samples is not missed.
+        let solid: Vec<f64> = (0..rows).map(|row| solid_angle(row)).collect();
+        let all: f64 = power.iter().enumerate().map(|(i, p)| p * solid[i / columns]).sum();
+        let floor = 0.1 * all / (4.0 * std::f64::consts::PI);
+        let (mut row_sums, mut cells) = (Vec::with_capacity(rows), Vec::with_capacity(columns * rows));
+        let mut total = 0.0;
+        for row in 0..rows {
+            let mut sum = 0.0;
+            for cell in &power[row * columns..(row + 1) * columns] {
+                sum += cell.max(0.0) + floor.max(f64::MIN_POSITIVE);
+                cells.push(sum);
+            }
+            for cell in &mut cells[row * columns..] {
+                *cell /= sum;
+            }
+            total += sum * solid[row];
+            row_sums.push(total);
+        }
+        for row in &mut row_sums {
+            *row /= total;
+        }
+        MapSampler { rows: row_sums, cells }
+    }
+
+    /// A direction and its probability per solid angle, from two random numbers in [0, 1).
+    #[inline(always)]
+    pub fn draw(&self, (a, b): (f64, f64)) -> (Vec3, f64) {
+        let columns = GRID[0];
+        let (row, down, row_chance) = pick(&self.rows, b);
+        let (column, across, chance) = pick(&self.cells[row * columns..(row + 1) * columns], a);
+        let (top, bottom) = band(row);
+        let y = top + (bottom - top) * down;
+        let azimuth = std::f64::consts::TAU * ((column as f64 + across) / columns as f64 - 0.5);
+        let (sin, cos) = azimuth.sin_cos();
+        let level = (1.0 - y * y).max(0.0).sqrt();
+        (Vec3::new(level * sin, y, -level * cos), row_chance * chance / solid_angle(row))
+    }
+
+    /// The probability per solid angle with which a direction is drawn.
+    #[inline(always)]
+    pub fn density(&self, direction: Vec3) -> f64 {
+        let [columns, rows] = GRID;
+        let turns = direction.x.atan2(-direction.z) / std::f64::consts::TAU + 0.5;
+        let column = ((turns * columns as f64) as usize).min(columns - 1);
+        let colatitude = direction.y.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
+        let row = ((colatitude * rows as f64) as usize).min(rows - 1);
+        let step = |sums: &[f64], i: usize| sums[i] - if i > 0 { sums[i - 1] } else { 0.0 };
+        step(&self.rows, row) * step(&self.cells[row * columns..(row + 1) * columns], column) / solid_angle(row)
+    }
+}
+
+/// Mean luminance of the maps over every cell of the grid, from sixteen places of it.
+#[inline(always)]
+fn measure<S: Simd>(simd: S, maps: &[(MapLookup, f32)], power: &mut [f64]) {
+    /// Luminance of linear Rec.709 (ITU-R BT.709-6, item 3.2).
+    const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+    let [columns, rows] = GRID;
+    for (i, cell) in power.iter_mut().enumerate() {
+        let mut directions = [[0.0_f32; LANES]; 3];
+        for lane in 0..LANES {
+            let across = (i % columns) as f64 + ((lane % 4) as f64 + 0.5) / 4.0;
+            let down = (i / columns) as f64 + ((lane / 4) as f64 + 0.5) / 4.0;
+            let azimuth = std::f64::consts::TAU * (across / columns as f64 - 0.5);
+            let colatitude = std::f64::consts::PI * down / rows as f64;
+            let level = colatitude.sin();
+            let direction = [level * azimuth.sin(), colatitude.cos(), -level * azimuth.cos()];
+            for c in 0..3 {
+                directions[c][lane] = direction[c] as f32;
+            }
+        }
+        let directions = [directions[0].simd_into(simd), directions[1].simd_into(simd), directions[2].simd_into(simd)];
+        for (lookup, factor) in maps {
+            let rgb = lookup.rgb(simd, directions);
+            for c in 0..3 {
+                let sum: f64 = rgb[c].iter().map(|&v| f64::from(v)).sum();
+                *cell += f64::from(*factor) * LUMINANCE[c] * sum / LANES as f64;
+            }
+        }
+    }
+}
+
+/// Cosines of the colatitudes between which a row of the grid lies.
+#[inline(always)]
+fn band(row: usize) -> (f64, f64) {
+    let colatitude = |row: usize| std::f64::consts::PI * row as f64 / GRID[1] as f64;
+    (colatitude(row).cos(), colatitude(row + 1).cos())
+}
+
+/// Solid angle of a cell of the grid.
+#[inline(always)]
+fn solid_angle(row: usize) -> f64 {
+    let (top, bottom) = band(row);
+    std::f64::consts::TAU / GRID[0] as f64 * (top - bottom)
+}
+
+/// Where a random number falls among summed chances: the place, how far into it, and its own chance.
+#[inline(always)]
+fn pick(sums: &[f64], random: f64) -> (usize, f64, f64) {
+    let at = sums.partition_point(|&sum| sum <= random).min(sums.len() - 1);
+    let before = if at > 0 { sums[at - 1] } else { 0.0 };
+    let chance = sums[at] - before;
+    (at, ((random - before) / chance).clamp(0.0, 1.0), chance)
+}
+
 /// atan(t) / (2 pi t) as a polynomial of t^2 on [0, 1]; weighted minimax fit.
 const ATAN: [f32; 8] = [
     0.159_154_83,
@@ -105,8 +226,6 @@ fn atan2_turns<S: Simd>(simd: S, y: f32x16<S>, x: f32x16<S>) -> f32x16<S> {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, dispatch};
-
     use super::*;
 
     /// Texel value = its own column and row, so that a lookup tells where it looked.

@@ -19,18 +19,21 @@
 use fearless_simd::{Simd, f32x16, prelude::*};
 use num_complex::Complex64;
 
+use crate::complex::{Complex, conjugate_product, inverse, mul, power, square_root};
 use crate::lanes::{Lanes, blocks, polynomial};
 
 /// sin(pi x) = x P(x^2) on [-1/2, 1/2]; minimax of P, error 1.4e-8.
-const SIN_PI: [f32; 5] = [3.141_592_5, -5.167_710_3, 2.550_077_7, -0.598_292_2, 0.077_659_41];
+pub const SIN_PI: [f32; 5] = [3.141_592_5, -5.167_710_3, 2.550_077_7, -0.598_292_2, 0.077_659_41];
 /// cos(pi x) = P(x^2) on [-1/2, 1/2]; minimax, error 2.2e-10 before rounding.
-const COS_PI: [f32; 6] = [1.0, -4.934_802, 4.058_709, -1.335_212_1, 0.234_937_56, -0.024_396_72];
+pub const COS_PI: [f32; 6] = [1.0, -4.934_802, 4.058_709, -1.335_212_1, 0.234_937_56, -0.024_396_72];
 /// 2^x on [-1/2, 1/2]; Chebyshev fit, error 2.6e-9.
 const EXP2: [f32; 7] =
     [1.0, std::f32::consts::LN_2, 0.240_226_5, 0.055_503_27, 0.009_618_026, 0.001_340_043_1, 0.000_154_697_32];
+/// exp(-pi x) = 2^(-x times this).
+pub const EXP2_PER_HALF_TURN: f32 = std::f32::consts::PI * std::f32::consts::LOG2_E;
 /// cos(theta) is kept above this: at 90 degrees every ratio below would be 0/0, and closer than this the product of
 /// two denominators, down to (2 cos^2)^4 without contrast, would leave the range of f32. R there is 1 to 1e-7.
-const SMALLEST_COS: f32 = 1e-4;
+pub const SMALLEST_COS: f32 = 1e-4;
 
 /// A film medium at the nodes of a render.
 #[derive(Debug, Clone)]
@@ -183,12 +186,12 @@ impl FilmTable {
         let sine = x * polynomial(simd, x2, &SIN_PI);
         let cosine = polynomial(simd, x2, &COS_PI);
         // One passage: exp(i beta), up to a sign that is the same for s and p and drops out of every product.
-        let decay = exp2(simd, b[1] * rate * -(std::f32::consts::PI * std::f32::consts::LOG2_E));
+        let decay = exp2(simd, b[1] * rate * -EXP2_PER_HALF_TURN);
         let pass = [cosine * decay, sine * decay];
         let round = mul(pass, pass);
         // 1 - exp(2 i beta): near no phase at all the difference is 2 sin^2 of the half and not a cancellation.
         let lost = [(one - decay * decay) + decay * decay * sine * sine * 2.0, -round[1]];
-        let amplitudes = |a: [f32x16<S>; 2]| {
+        let amplitudes = |a: Complex<S>| {
             let sum = inverse(simd, [a[0] + b[0], a[1] + b[1]]);
             let r12 = mul([a[0] - b[0], a[1] - b[1]], sum);
             let through = mul(mul(mul(a, b), sum), sum).map(|v| v * 4.0);
@@ -200,40 +203,16 @@ impl FilmTable {
         };
         let (r_s, t_s) = amplitudes([c, f32x16::splat(simd, 0.0)]);
         let (r_p, t_p) = amplitudes(u);
-        let power = |z: [f32x16<S>; 2]| z[0].mul_add(z[0], z[1] * z[1]);
-        let cross = |a: [f32x16<S>; 2], b: [f32x16<S>; 2]| mul(a, [b[0], -b[1]]);
         Response {
-            reflect: Mueller { s: power(r_s), p: power(r_p), cross: cross(r_s, r_p) },
-            transmit: Mueller { s: power(t_s), p: power(t_p), cross: cross(t_s, t_p) },
+            reflect: Mueller { s: power(r_s), p: power(r_p), cross: conjugate_product(r_s, r_p) },
+            transmit: Mueller { s: power(t_s), p: power(t_p), cross: conjugate_product(t_s, t_p) },
         }
     }
 }
 
-#[inline(always)]
-fn mul<S: Simd>(a: [f32x16<S>; 2], b: [f32x16<S>; 2]) -> [f32x16<S>; 2] {
-    [a[0].mul_sub(b[0], a[1] * b[1]), a[0].mul_add(b[1], a[1] * b[0])]
-}
-
-#[inline(always)]
-fn inverse<S: Simd>(simd: S, z: [f32x16<S>; 2]) -> [f32x16<S>; 2] {
-    let scale = f32x16::splat(simd, 1.0) / z[0].mul_add(z[0], z[1] * z[1]);
-    [z[0] * scale, -z[1] * scale]
-}
-
-/// Square root with both parts >= 0 for Im z >= 0. The smaller part comes from the product, because
-/// |z| - Re z cancels. At z = 0 (the critical angle itself) a tiny value keeps the ratios finite.
-#[inline(always)]
-fn square_root<S: Simd>(simd: S, z: [f32x16<S>; 2]) -> [f32x16<S>; 2] {
-    let modulus = z[0].mul_add(z[0], z[1] * z[1]).sqrt();
-    let large = ((modulus + z[0].abs()) * 0.5).max(f32x16::splat(simd, 1e-12)).sqrt();
-    let small = z[1] / (large * 2.0);
-    let forward = z[0].simd_ge(f32x16::splat(simd, 0.0));
-    [forward.select(large, small), forward.select(small, large)]
-}
-
 /// 2^x for x <= 0; zero below the smallest normal number.
 #[inline(always)]
-fn exp2<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
+pub fn exp2<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
     let clamped = x.max(f32x16::splat(simd, -120.0));
     let whole = clamped.round_ties_even();
     let fraction = polynomial(simd, clamped - whole, &EXP2);

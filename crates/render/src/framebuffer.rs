@@ -162,6 +162,14 @@ pub enum RenderError {
     /// A number or name outside what is allowed.
     #[error("{0}")]
     Argument(String),
+    /// A scene whose parts do not go together, as only its rays can tell.
+    #[error("{message}")]
+    Scene {
+        /// What is wrong.
+        message: String,
+        /// Dotted path of the part at fault.
+        key: String,
+    },
     /// A medium or an illuminant that cannot be used.
     #[error(transparent)]
     Optics(#[from] OpticsError),

@@ -4,12 +4,15 @@ pub mod framebuffer;
 pub mod image;
 
 mod camera;
+mod coating;
+mod complex;
 mod environment;
 mod film;
 mod geometry;
 mod integrator;
 mod lanes;
 mod lights;
+mod media;
 mod prepare;
 mod render;
 mod sampler;

@@ -1,13 +1,16 @@
 //! All the light of a scene, added up: uniform lights are one set of spectral weights, maps one RGB radiance.
 
+use std::sync::Arc;
+
 use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_optics::OpticsError;
 use iridesce_optics::color::{Illuminant, Observer, rgb_basis};
-use iridesce_scene::{EnvironmentSource, Light};
+use iridesce_scene::{Emitter, EnvironmentSource, Light, Scene};
 
-use crate::environment::MapLookup;
+use crate::environment::{MapLookup, MapSampler};
 use crate::lanes::{Lanes, blocks};
 use crate::spectral::{LANES, Nodes};
+use crate::vector::Vec3;
 
 /// Weights of X, Y, Z at a block of nodes. They are halved because they meet the sum of s and p weights.
 type Weights = [Lanes; 3];
@@ -21,67 +24,122 @@ struct MapBlock {
     weights: Weights,
 }
 
-/// The lights of a scene. Light is linear, so any number of environments costs no more than these two.
-pub struct Lights {
-    /// Sum of all lights that are the same in every direction.
-    uniform: Vec<Weights>,
-    /// Its XYZ with nothing in between.
-    pub uniform_xyz: [f64; 3],
-    maps: Vec<(MapLookup, f32)>,
-    map_blocks: Vec<MapBlock>,
-    /// Mean of all maps over the sphere.
-    pub mean_rgb: [f32; 3],
-    /// XYZ of a map's bare red, green and blue.
-    rgb_to_xyz: [[f64; 3]; 3],
+/// What lights of a scene look like by direction: the same whatever the nodes are.
+pub struct AllAround {
+    maps: Arc<Vec<(MapLookup, f32)>>,
+    mean_rgb: [f32; 3],
+    /// Where matt surfaces look for the maps' light.
+    sampler: Option<Arc<MapSampler>>,
 }
 
-impl Lights {
-    pub fn new(lights: &[Light], nodes: &Nodes) -> Result<Lights, OpticsError> {
-        let map_weights = halved(&Illuminant::named("D65")?, nodes);
-        let basis: [Vec<f64>; 3] =
-            std::array::from_fn(|rgb| nodes.wavelength_nm.iter().map(|&nm| rgb_basis(nm)[rgb]).collect());
-        let rgb_to_xyz = std::array::from_fn(|rgb| {
-            std::array::from_fn(|c| map_weights[c].iter().zip(&basis[rgb]).map(|(w, f)| 2.0 * w * f).sum::<f64>())
-        });
+impl AllAround {
+    /// `is_sampled`: matt surfaces will ask where the light is.
+    pub fn new(lights: &[Light], is_sampled: bool) -> AllAround {
         let mut maps = Vec::new();
-        let mut uniform: Option<[Vec<f64>; 3]> = None;
         for Light::Environment(environment) in lights {
-            match &environment.source {
-                EnvironmentSource::Map(map) | EnvironmentSource::Sky(map, _) => {
-                    maps.push((MapLookup::new(map.clone(), environment.rotation_deg), environment.radiance as f32));
-                }
-                EnvironmentSource::Uniform(illuminant) => {
-                    let own = halved(illuminant, nodes);
-                    let sum = uniform.get_or_insert_with(|| std::array::from_fn(|_| vec![0.0; nodes.len()]));
-                    for (sum, own) in sum.iter_mut().zip(&own) {
-                        for (sum, own) in sum.iter_mut().zip(own) {
-                            *sum += environment.radiance * own;
-                        }
-                    }
-                }
+            if let EnvironmentSource::Map(map) | EnvironmentSource::Sky(map, _) = &environment.source {
+                maps.push((MapLookup::new(map.clone(), environment.rotation_deg), environment.radiance as f32));
             }
         }
-        let uniform_xyz = match &uniform {
-            Some(weights) => std::array::from_fn(|c| 2.0 * weights[c].iter().sum::<f64>()),
-            None => [0.0; 3],
-        };
         let mut mean_rgb = [0.0; 3];
         for (lookup, factor) in &maps {
             for (sum, mean) in mean_rgb.iter_mut().zip(lookup.mean_rgb()) {
                 *sum += factor * mean;
             }
         }
+        let sampler = (is_sampled && !maps.is_empty()).then(|| Arc::new(MapSampler::new(&maps)));
+        AllAround { maps: Arc::new(maps), mean_rgb, sampler }
+    }
+}
+
+/// A disc of light, infinitely far away.
+pub struct SunDisc {
+    pub direction: Vec3,
+    pub cos_radius: f64,
+    weights: Vec<Weights>,
+    /// Its XYZ with nothing in between.
+    pub xyz: [f64; 3],
+}
+
+/// A surface that glows.
+pub struct Glow {
+    pub object: usize,
+    weights: Vec<Weights>,
+}
+
+/// The lights of a scene. Light is linear, so any number of environments costs no more than these.
+pub struct Lights {
+    /// Sum of all lights that are the same in every direction.
+    uniform: Vec<Weights>,
+    /// Its XYZ with nothing in between.
+    pub uniform_xyz: [f64; 3],
+    maps: Arc<Vec<(MapLookup, f32)>>,
+    map_blocks: Vec<MapBlock>,
+    /// Mean of all maps over the sphere.
+    pub mean_rgb: [f32; 3],
+    pub sampler: Option<Arc<MapSampler>>,
+    /// XYZ of a map's bare red, green and blue.
+    rgb_to_xyz: [[f64; 3]; 3],
+    pub suns: Vec<SunDisc>,
+    /// In the order of their numbers.
+    pub glows: Vec<Glow>,
+}
+
+impl Lights {
+    /// `emitters`: glowing objects by their index, in the order of their numbers.
+    pub fn new(
+        scene: &Scene,
+        nodes: &Nodes,
+        around: &AllAround,
+        emitters: &[(usize, &Emitter)],
+    ) -> Result<Lights, OpticsError> {
+        let map_weights = halved(&Illuminant::named("D65")?, nodes);
+        let basis: [Vec<f64>; 3] =
+            std::array::from_fn(|rgb| nodes.wavelength_nm.iter().map(|&nm| rgb_basis(nm)[rgb]).collect());
+        let rgb_to_xyz = std::array::from_fn(|rgb| {
+            std::array::from_fn(|c| map_weights[c].iter().zip(&basis[rgb]).map(|(w, f)| 2.0 * w * f).sum::<f64>())
+        });
+        let mut uniform: Option<[Vec<f64>; 3]> = None;
+        let mut suns = Vec::new();
+        for Light::Environment(environment) in &scene.lights {
+            match &environment.source {
+                EnvironmentSource::Map(_) => {}
+                EnvironmentSource::Sky(_, sun) => {
+                    let weights = scaled(&halved(&sun.illuminant, nodes), environment.radiance * sun.radiance);
+                    suns.push(SunDisc {
+                        direction: turned(sun.direction.into(), environment.rotation_deg).normalized(),
+                        cos_radius: sun.angular_radius_deg.to_radians().cos(),
+                        xyz: sums(&weights),
+                        weights: in_blocks(weights),
+                    });
+                }
+                EnvironmentSource::Uniform(illuminant) => {
+                    let own = scaled(&halved(illuminant, nodes), environment.radiance);
+                    let sum = uniform.get_or_insert_with(|| std::array::from_fn(|_| vec![0.0; nodes.len()]));
+                    for (sum, own) in sum.iter_mut().flatten().zip(own.iter().flatten()) {
+                        *sum += own;
+                    }
+                }
+            }
+        }
+        let glow = |&(object, emitter): &(usize, &Emitter)| Glow {
+            object,
+            weights: in_blocks(scaled(&halved(&emitter.illuminant, nodes), emitter.radiance)),
+        };
         Ok(Lights {
-            mean_rgb,
+            uniform_xyz: uniform.as_ref().map_or([0.0; 3], sums),
             uniform: uniform.map(in_blocks).unwrap_or_default(),
-            uniform_xyz,
-            maps,
+            maps: around.maps.clone(),
+            mean_rgb: around.mean_rgb,
+            sampler: around.sampler.clone(),
             map_blocks: in_blocks(map_weights)
                 .into_iter()
                 .zip(in_blocks(basis))
                 .map(|(weights, basis)| MapBlock { basis, weights })
                 .collect(),
             rgb_to_xyz,
+            suns,
+            glows: emitters.iter().map(glow).collect(),
         })
     }
 
@@ -90,19 +148,61 @@ impl Lights {
     /// They are kept even where a cardinal spline dips below zero: choices in proportion to exactly the luminance
     /// that the picture shows are what keeps a white furnace white.
     pub fn importance(&self) -> Vec<Lanes> {
-        let weights: Vec<Lanes> = if self.uniform_xyz[1] > 0.0 {
-            self.uniform.iter().map(|w| w[1]).collect()
-        } else {
-            self.map_blocks.iter().map(|block| block.weights[1]).collect()
-        };
+        let y = |weights: &[Weights]| -> Vec<Lanes> { weights.iter().map(|w| w[1]).collect() };
+        let maps: Vec<Weights> = self.map_blocks.iter().map(|block| block.weights).collect();
+        let any = |weights: &[Lanes]| weights.iter().flat_map(|l| l.0).sum::<f32>() > 0.0;
+        let glows = self.glows.iter().map(|glow| y(&glow.weights));
+        let weights = std::iter::once(y(&self.uniform))
+            .chain([y(&maps)])
+            .chain(glows)
+            .find(|weights| any(weights))
+            .unwrap_or_else(|| vec![Lanes::ONE; self.map_blocks.len()]);
         let sum: f64 = weights.iter().flat_map(|l| l.0).map(f64::from).sum();
         blocks(weights.iter().flat_map(|l| l.0).map(|w| 0.5 * f64::from(w) / sum))
     }
 
-    /// Whether any light depends on direction.
+    /// Whether any light far away depends on direction.
+    #[inline(always)]
+    pub fn depend_on_direction(&self) -> bool {
+        !self.maps.is_empty() || !self.suns.is_empty()
+    }
+
+    /// Whether there are maps.
     #[inline(always)]
     pub fn has_maps(&self) -> bool {
         !self.maps.is_empty()
+    }
+
+    /// The sun in this direction.
+    #[inline(always)]
+    pub fn sun_at(&self, direction: Vec3) -> Option<usize> {
+        self.suns.iter().position(|sun| direction.dot(sun.direction) >= sun.cos_radius)
+    }
+
+    /// Adds a sun's light found by a path that carries `s_and_p` at a block of nodes.
+    #[inline(always)]
+    pub fn add_sun<S: Simd>(
+        &self,
+        simd: S,
+        sun: usize,
+        block: usize,
+        s_and_p: f32x16<S>,
+        xyz: [f32x16<S>; 3],
+    ) -> [f32x16<S>; 3] {
+        add_weighted(simd, &self.suns[sun].weights[block], s_and_p, xyz)
+    }
+
+    /// Adds an emitter's light found by a path that carries `s_and_p` at a block of nodes.
+    #[inline(always)]
+    pub fn add_glow<S: Simd>(
+        &self,
+        simd: S,
+        emitter: usize,
+        block: usize,
+        s_and_p: f32x16<S>,
+        xyz: [f32x16<S>; 3],
+    ) -> [f32x16<S>; 3] {
+        add_weighted(simd, &self.glows[emitter].weights[block], s_and_p, xyz)
     }
 
     /// Linear Rec.709 radiance of all maps from sixteen directions.
@@ -110,7 +210,7 @@ impl Lights {
     pub fn map_rgb<S: Simd>(&self, simd: S, directions: &[Lanes; 3]) -> [[f32; LANES]; 3] {
         let [x, y, z] = directions;
         let mut sum = [[0.0; LANES]; 3];
-        for (lookup, factor) in &self.maps {
+        for (lookup, factor) in self.maps.iter() {
             let rgb = lookup.rgb(simd, [x.load(simd), y.load(simd), z.load(simd)]);
             for c in 0..3 {
                 for lane in 0..LANES {
@@ -162,15 +262,35 @@ impl Lights {
         simd: S,
         block: usize,
         s_and_p: f32x16<S>,
-        [x, y, z]: [f32x16<S>; 3],
+        xyz: [f32x16<S>; 3],
     ) -> [f32x16<S>; 3] {
-        let Some(weights) = self.uniform.get(block) else { return [x, y, z] };
-        [
-            weights[0].load(simd).mul_add(s_and_p, x),
-            weights[1].load(simd).mul_add(s_and_p, y),
-            weights[2].load(simd).mul_add(s_and_p, z),
-        ]
+        let Some(weights) = self.uniform.get(block) else { return xyz };
+        add_weighted(simd, weights, s_and_p, xyz)
     }
+}
+
+#[inline(always)]
+fn add_weighted<S: Simd>(simd: S, weights: &Weights, s_and_p: f32x16<S>, [x, y, z]: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
+    [
+        weights[0].load(simd).mul_add(s_and_p, x),
+        weights[1].load(simd).mul_add(s_and_p, y),
+        weights[2].load(simd).mul_add(s_and_p, z),
+    ]
+}
+
+/// A direction turned from +z towards +x about +y.
+fn turned(v: Vec3, degrees: f64) -> Vec3 {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    Vec3::new(v.x * cos + v.z * sin, v.y, v.z * cos - v.x * sin)
+}
+
+fn scaled(weights: &[Vec<f64>; 3], factor: f64) -> [Vec<f64>; 3] {
+    std::array::from_fn(|c| weights[c].iter().map(|w| factor * w).collect())
+}
+
+/// XYZ of a light that nothing stands before: s and p weights are 1 each.
+fn sums(weights: &[Vec<f64>; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| 2.0 * weights[c].iter().sum::<f64>())
 }
 
 fn halved(illuminant: &Illuminant, nodes: &Nodes) -> [Vec<f64>; 3] {

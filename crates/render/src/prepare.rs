@@ -1,15 +1,19 @@
 //! From a validated scene to flat arrays that the integrator walks: nothing here depends on a ray.
 
-use iridesce_optics::{Complex64, Medium, OpticsError};
-use iridesce_scene::{EnvironmentSource, Light, Scene, Shape, Surface, ThicknessField};
+use iridesce_optics::color::{Illuminant, rgb_basis};
+use iridesce_optics::{Medium, OpticsError};
+use iridesce_scene::{EnvironmentSource, Light, Scene, Surface, ThicknessField, Unit};
 
 use crate::camera::RayCamera;
+use crate::coating::IndexTable;
 use crate::film::FilmTable;
 use crate::framebuffer::{RenderError, RenderOptions};
-use crate::geometry::Sphere;
-use crate::lanes::Lanes;
-use crate::lights::Lights;
-use crate::spectral::{MAX_NODES, Nodes, node_count};
+use crate::geometry::Shape;
+use crate::integrator::Trouble;
+use crate::lanes::{Lanes, blocks};
+use crate::lights::{AllAround, Lights};
+use crate::media::{DEEPEST, Media, SURROUNDING, Within, indices, visible};
+use crate::spectral::{Bands, LEAST_NODES, MAX_NODES, Nodes, node_count, resolved_nm};
 use crate::vector::Vec3;
 
 /// A scene ready to render.
@@ -20,108 +24,359 @@ pub struct Prepared {
     pub samples: u32,
     pub seed: u64,
     pub max_depth: u32,
-    /// Shape and surface of object i stand at index i of both.
-    pub spheres: Vec<Sphere>,
-    pub films: Vec<FilmSurface>,
-    pub lights: Lights,
-    /// Luminance of a path's s and p weights; sums to 1/2.
-    pub importance: Vec<Lanes>,
+    /// Shape and material of object i stand at index i of both.
+    pub shapes: Vec<Shape>,
+    pub materials: Vec<Material>,
+    /// Names of objects and media, for messages.
+    pub names: Vec<String>,
+    pub media: Media,
+    /// What the camera is within.
+    pub camera_within: Within,
+    /// The same spectra ever finer: a pixel takes the coarsest that resolves the fringes it shows.
+    pub levels: Vec<Spectra>,
 }
 
-/// A free film on an object.
-pub struct FilmSurface {
-    pub table: FilmTable,
+/// What a surface does to light.
+pub enum Material {
+    Film(FilmSurface),
+    Coating(CoatedSurface),
+    /// Number among the reflectances.
+    Matt {
+        number: usize,
+        is_black: bool,
+    },
+    /// Number among the emitters.
+    Emitter(usize),
+}
+
+/// A layer whose thickness is known at every point.
+pub struct LayerSurface {
     thickness: ThicknessField,
-    /// The medium on both sides, by its number in the render.
-    pub outside: u16,
+    /// Largest 2 n over the visible range: optical path difference per thickness.
+    path_per_nm: f64,
 }
 
-impl FilmSurface {
+impl LayerSurface {
     /// Thickness in nm at a point of the object.
     #[inline(always)]
     pub fn thickness_nm(&self, point: Vec3) -> f64 {
         self.thickness.thickness_nm([point.x, point.y, point.z])
     }
+
+    /// Optical path difference in nm that a thickness makes, at most.
+    #[inline(always)]
+    pub fn path_nm(&self, thickness_nm: f64) -> f64 {
+        self.path_per_nm * thickness_nm
+    }
+
+    fn new(thickness: &ThicknessField, medium: &Medium) -> Result<LayerSurface, OpticsError> {
+        let most = indices(medium, visible())?.iter().fold(0.0_f64, |most, n| most.max(n.re));
+        Ok(LayerSurface { thickness: thickness.clone(), path_per_nm: 2.0 * most })
+    }
+
+    fn longest_path_nm(&self) -> f64 {
+        self.path_nm(self.thickness.max_nm())
+    }
 }
 
-/// The number of the medium that cameras stand in and scenes are surrounded by: n = 1.
-pub const SURROUNDING: u16 = 0;
+/// A free film on an object.
+pub struct FilmSurface {
+    /// Number among the film tables.
+    pub number: usize,
+    pub layer: LayerSurface,
+    /// The medium on both sides.
+    pub outside: u16,
+}
+
+/// A coated, or bare, surface of a medium.
+pub struct CoatedSurface {
+    /// Number among the coatings.
+    pub number: usize,
+    pub layers: Vec<LayerSurface>,
+    pub substrate: u16,
+    /// What enters the substrate is absorbed.
+    pub is_opaque: bool,
+}
+
+impl Material {
+    /// Thickness in nm that the picture's plane shows: of the film, or of the outermost layer.
+    pub fn thickness_nm(&self, point: Vec3) -> Option<f64> {
+        match self {
+            Material::Film(film) => Some(film.layer.thickness_nm(point)),
+            Material::Coating(coating) => coating.layers.first().map(|layer| layer.thickness_nm(point)),
+            Material::Matt { .. } | Material::Emitter(_) => None,
+        }
+    }
+
+    fn longest_path_nm(&self) -> f64 {
+        match self {
+            Material::Film(film) => film.layer.longest_path_nm(),
+            Material::Coating(coating) => coating.layers.iter().map(LayerSurface::longest_path_nm).sum(),
+            Material::Matt { .. } | Material::Emitter(_) => 0.0,
+        }
+    }
+}
+
+/// Everything that depends on wavelength, at one choice of nodes.
+pub struct Spectra {
+    /// Longest optical path difference whose fringes the nodes resolve, nm.
+    pub resolved_nm: f64,
+    /// 2 / lambda, per nm.
+    pub rate: Vec<Lanes>,
+    pub films: Vec<FilmTable>,
+    /// Layers of the coatings, in order.
+    pub coatings: Vec<Vec<IndexTable>>,
+    pub media: Vec<IndexTable>,
+    /// By what the media attenuate: powers of 1/2 per scene unit. `None` for clear ones.
+    pub attenuation: Vec<Option<Vec<Lanes>>>,
+    /// Reflectances of the matt surfaces.
+    pub matt: Vec<Vec<Lanes>>,
+    pub lights: Lights,
+    /// Luminance of a path's s and p weights; sums to 1/2.
+    pub importance: Vec<Lanes>,
+    pub bands: Bands,
+}
+
+/// What the objects are made of, in the order of their numbers.
+#[derive(Default)]
+struct Materials<'a> {
+    list: Vec<Material>,
+    films: Vec<(&'a Medium, u16)>,
+    coatings: Vec<Vec<&'a Medium>>,
+    matt: Vec<[f64; 3]>,
+    emitters: Vec<(usize, &'a iridesce_scene::Emitter)>,
+}
 
 impl Prepared {
     pub fn new(scene: &Scene, options: &RenderOptions) -> Result<Prepared, RenderError> {
         let [width, height] = options.size.unwrap_or(scene.camera.resolution);
-        let nodes = nodes_for(scene)?;
-        let mut media: Vec<Vec<Complex64>> = vec![vec![Complex64::new(1.0, 0.0); nodes.len()]];
-        let mut spheres = Vec::new();
-        let mut films = Vec::new();
-        for object in &scene.objects {
-            let (Shape::Sphere { center, radius }, Surface::Film(film)) = (object.shape, &object.surface) else {
-                return Err(not_yet(&object.name));
-            };
-            spheres.push(Sphere::new(center.into(), radius));
-            let inside = indices(&film.medium, &nodes)?;
-            let outside = indices(&film.outside, &nodes)?;
-            let number = media.iter().position(|known| *known == outside).unwrap_or_else(|| {
-                media.push(outside.clone());
-                media.len() - 1
-            });
-            let outer: Vec<f64> = outside.iter().map(|n| n.re).collect();
-            films.push(FilmSurface {
-                table: FilmTable::new(&nodes.wavelength_nm, &inside, &outer),
-                thickness: film.thickness.clone(),
-                outside: number as u16,
-            });
+        let mut media = Media::new();
+        let materials = materials(scene, &mut media)?;
+        let shapes: Vec<Shape> = scene.objects.iter().map(|object| Shape::new(&object.shape)).collect();
+        let around = AllAround::new(&scene.lights, !materials.matt.is_empty());
+        let mut levels = Vec::new();
+        for nodes in levels_for(scene, &materials)? {
+            levels.push(spectra(scene, &nodes, &media, &materials, &around)?);
         }
-        let lights = Lights::new(&scene.lights, &nodes)?;
+        if let Some(finest) = levels.last_mut() {
+            finest.resolved_nm = f64::INFINITY;
+        }
+        let camera = RayCamera::new(&scene.camera, width, height);
+        let camera_within = within(&shapes, &materials.list, scene.camera.position.into());
         Ok(Prepared {
-            camera: RayCamera::new(&scene.camera, width, height),
+            camera,
             width,
             height,
             samples: options.samples.unwrap_or(scene.render.samples),
             seed: options.seed.unwrap_or(scene.render.seed),
             max_depth: scene.render.max_depth,
-            spheres,
-            films,
-            importance: lights.importance(),
-            lights,
+            camera_within,
+            shapes,
+            names: scene.objects.iter().map(|object| object.name.clone()).collect(),
+            media,
+            materials: materials.list,
+            levels,
         })
     }
 }
 
-/// As many nodes as the thickest film needs, and the lines of all lamps.
-fn nodes_for(scene: &Scene) -> Result<Nodes, RenderError> {
-    let mut count = node_count(0.0);
-    for object in &scene.objects {
-        let Surface::Film(film) = &object.surface else { return Err(not_yet(&object.name)) };
-        // The largest index over the visible range: fringes are finest there.
-        let index = (360..=830)
-            .step_by(10)
-            .map(|nm| film.medium.index_extended(f64::from(nm)).map(|(n, _)| n.re))
-            .try_fold(0.0_f64, |most, n| n.map(|n| most.max(n)))?;
-        let thickest_nm = film.thickness.max_nm();
-        let wanted = node_count(2.0 * index * thickest_nm);
+impl Prepared {
+    /// What a scene is told whose rays run into trouble.
+    pub fn complaint(&self, trouble: Trouble) -> RenderError {
+        let medium = |number: u16| match number {
+            SURROUNDING => "air".to_owned(),
+            _ => format!("\"{}\"", self.media.name(number)),
+        };
+        match trouble {
+            Trouble::WrongMedium { object, is_in, expected } => {
+                let name = &self.names[object];
+                let (key, why) = match &self.materials[object] {
+                    Material::Film(_) => ("film.outside", "lies in"),
+                    _ => ("", "is left from"),
+                };
+                let key = format!("object.{name}.surface{}{key}", if key.is_empty() { "" } else { "." });
+                RenderError::Scene {
+                    message: format!(
+                        "{key}: a ray comes to object \"{name}\", which {why} {}, in {}; close the body that the medium fills, \
+                         or let the object lie in the medium around it",
+                        medium(expected),
+                        medium(is_in)
+                    ),
+                    key,
+                }
+            }
+            Trouble::TooDeep { object } => RenderError::Scene {
+                message: format!(
+                    "object \"{}\": more than {DEEPEST} media lie within one another where a ray enters it",
+                    self.names[object]
+                ),
+                key: format!("object.{}", self.names[object]),
+            },
+            Trouble::NeedsLevel(level) => {
+                RenderError::Resource(format!("spectra of level {level} are needed, which were not prepared"))
+            }
+        }
+    }
+}
+
+fn materials<'a>(scene: &'a Scene, media: &mut Media) -> Result<Materials<'a>, RenderError> {
+    let mut all = Materials::default();
+    for (object, described) in scene.objects.iter().enumerate() {
+        let mut coated = |layers: Vec<LayerSurface>, of: Vec<&'a Medium>, substrate: &Medium, is_metal: bool| {
+            let substrate = media.number(substrate)?;
+            all.coatings.push(of);
+            Ok::<_, OpticsError>(Material::Coating(CoatedSurface {
+                number: all.coatings.len() - 1,
+                layers,
+                substrate,
+                is_opaque: is_metal || media.is_opaque(substrate),
+            }))
+        };
+        let material = match &described.surface {
+            Surface::Film(film) => {
+                let outside = media.number(&film.outside)?;
+                all.films.push((&film.medium, outside));
+                Material::Film(FilmSurface {
+                    number: all.films.len() - 1,
+                    layer: LayerSurface::new(&film.thickness, &film.medium)?,
+                    outside,
+                })
+            }
+            Surface::Coating(coating) => {
+                let layers = coating
+                    .layers
+                    .iter()
+                    .map(|layer| LayerSurface::new(&layer.thickness, &layer.medium))
+                    .collect::<Result<_, _>>()?;
+                let of = coating.layers.iter().map(|layer| &layer.medium).collect();
+                coated(layers, of, &coating.substrate, false)?
+            }
+            Surface::Dielectric(medium) => coated(Vec::new(), Vec::new(), medium, false)?,
+            Surface::Metal(medium) => coated(Vec::new(), Vec::new(), medium, true)?,
+            Surface::Diffuse(reflectance) => {
+                all.matt.push(*reflectance);
+                Material::Matt { number: all.matt.len() - 1, is_black: *reflectance == [0.0; 3] }
+            }
+            Surface::Emitter(emitter) => {
+                all.emitters.push((object, emitter));
+                Material::Emitter(all.emitters.len() - 1)
+            }
+        };
+        all.list.push(material);
+    }
+    Ok(all)
+}
+
+/// The media around a point, found from the shapes that enclose it, the largest first.
+fn within(shapes: &[Shape], materials: &[Material], point: Vec3) -> Within {
+    let mut around: Vec<(f64, u16)> = shapes
+        .iter()
+        .zip(materials)
+        .filter_map(|(shape, material)| match material {
+            Material::Coating(coating) if shape.encloses(point) => Some((shape.size(), coating.substrate)),
+            _ => None,
+        })
+        .collect();
+    around.sort_by(|a, b| b.0.total_cmp(&a.0));
+    around.iter().try_fold(Within::default(), |within, &(_, medium)| within.entered(medium)).unwrap_or_default()
+}
+
+/// The choices of nodes, ever finer, until the fringes of the thickest film are resolved.
+fn levels_for(scene: &Scene, materials: &Materials<'_>) -> Result<Vec<Nodes>, RenderError> {
+    let mut lines = Vec::new();
+    let mut is_continuous = false;
+    let mut see = |illuminant: &Illuminant, radiance: f64| {
+        if radiance > 0.0 {
+            lines.extend(illuminant.lines().iter().map(|line| line.0));
+            is_continuous |= (360..=830).any(|nm| illuminant.power(f64::from(nm)) > 0.0);
+        }
+    };
+    let mut has_map = false;
+    for Light::Environment(environment) in &scene.lights {
+        match &environment.source {
+            EnvironmentSource::Uniform(illuminant) => see(illuminant, environment.radiance),
+            EnvironmentSource::Map(_) | EnvironmentSource::Sky(..) => has_map = true,
+        }
+    }
+    for (_, emitter) in &materials.emitters {
+        see(&emitter.illuminant, emitter.radiance);
+    }
+    // Under lines alone nothing between them is seen, however fine the fringes are.
+    if !(is_continuous || has_map || lines.is_empty()) {
+        return Ok(vec![Nodes::new(0, &lines)]);
+    }
+    let mut longest_nm = 0.0_f64;
+    for (object, material) in scene.objects.iter().zip(&materials.list) {
+        let path_nm = material.longest_path_nm();
+        let wanted = node_count(path_nm);
         if wanted > MAX_NODES {
             return Err(RenderError::Resource(format!(
-                "film of object \"{}\" is up to {thickest_nm} nm thick; a render resolves the fringes of at most {:.0} nm of this medium",
+                "the layers of object \"{}\" make optical path differences up to {path_nm:.0} nm; under a continuous spectrum a render resolves the \
+                 fringes of at most {:.0} nm",
                 object.name,
-                thickest_nm * MAX_NODES as f64 / wanted as f64
+                resolved_nm(MAX_NODES)
             )));
         }
-        count = count.max(wanted);
+        longest_nm = longest_nm.max(path_nm);
     }
-    let mut lines = Vec::new();
-    for Light::Environment(environment) in &scene.lights {
-        if let EnvironmentSource::Uniform(illuminant) = &environment.source {
-            lines.extend(illuminant.lines().iter().map(|l| l.0));
-        }
+    let finest = node_count(longest_nm);
+    let mut counts = vec![LEAST_NODES];
+    while counts[counts.len() - 1] < finest {
+        // 32, 48, 64, 96, 128, ..
+        let last = counts[counts.len() - 1];
+        counts.push(if last.is_power_of_two() { last / 2 * 3 } else { last / 3 * 4 });
     }
-    Ok(Nodes::new(count, &lines))
+    Ok(counts.into_iter().map(|count| Nodes::new(count, &lines)).collect())
 }
 
-fn not_yet(name: &str) -> RenderError {
-    RenderError::Argument(format!("object \"{name}\" cannot be drawn by this version"))
-}
-
-fn indices(medium: &Medium, nodes: &Nodes) -> Result<Vec<Complex64>, OpticsError> {
-    nodes.wavelength_nm.iter().map(|&nm| medium.index_extended(nm).map(|(n, _)| n)).collect()
+fn spectra(
+    scene: &Scene,
+    nodes: &Nodes,
+    media: &Media,
+    materials: &Materials<'_>,
+    around: &AllAround,
+) -> Result<Spectra, OpticsError> {
+    let at_nodes = |medium: &Medium| indices(medium, nodes.wavelength_nm.iter().copied());
+    let mut films = Vec::new();
+    for (medium, outside) in &materials.films {
+        let outer: Vec<f64> = at_nodes(&media.list()[usize::from(*outside)])?.iter().map(|n| n.re).collect();
+        films.push(FilmTable::new(&nodes.wavelength_nm, &at_nodes(medium)?, &outer));
+    }
+    let table = |medium: &Medium| at_nodes(medium).map(|n| IndexTable::new(&n));
+    let mut coatings = Vec::new();
+    for layers in &materials.coatings {
+        coatings.push(layers.iter().map(|medium| table(medium)).collect::<Result<Vec<_>, _>>()?);
+    }
+    let nm_per_unit = match scene.unit {
+        Unit::M => 1e9,
+        Unit::Cm => 1e7,
+        Unit::Mm => 1e6,
+    };
+    let mut attenuation = Vec::new();
+    for medium in media.list() {
+        let n = at_nodes(medium)?;
+        // exp(-4 pi k x / lambda) as a power of 1/2.
+        let per_unit = n
+            .iter()
+            .zip(&nodes.wavelength_nm)
+            .map(|(n, nm)| 4.0 * std::f64::consts::PI * n.im / nm * nm_per_unit * std::f64::consts::LOG2_E);
+        attenuation.push(n.iter().any(|n| n.im > 0.0).then(|| blocks(per_unit)));
+    }
+    let matt = materials.matt.iter().map(|rgb| {
+        blocks(nodes.wavelength_nm.iter().map(|&nm| rgb_basis(nm).iter().zip(rgb).map(|(f, v)| f * v).sum()))
+    });
+    let lights = Lights::new(scene, nodes, around, &materials.emitters)?;
+    let importance = lights.importance();
+    Ok(Spectra {
+        resolved_nm: resolved_nm(nodes.uniform()),
+        rate: blocks(nodes.wavelength_nm.iter().map(|nm| 2.0 / nm)),
+        films,
+        coatings,
+        media: media.list().iter().map(table).collect::<Result<_, _>>()?,
+        attenuation,
+        matt: matt.collect(),
+        bands: Bands::new(nodes, &importance),
+        importance,
+        lights,
+    })
 }

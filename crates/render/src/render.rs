@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::framebuffer::{Framebuffer, Progress, RenderError, RenderInfo, RenderOptions};
 use crate::geometry::nearest;
-use crate::integrator::Tracer;
+use crate::integrator::{Tracer, Trouble};
 use crate::prepare::Prepared;
 use crate::sampler::PixelSampler;
 
@@ -102,28 +102,43 @@ fn draw_row<S: Simd>(
     row: Row<'_>,
     progress: &dyn Progress,
 ) -> Result<(), RenderError> {
-    let mut tracer = Tracer::new(scene);
+    // One tracer a level of spectra; most rows need the first only.
+    let mut tracers: Vec<Option<Tracer<'_>>> = scene.levels.iter().map(|_| None).collect();
     for x in 0..scene.width {
         let sampler = PixelSampler::new(scene.seed, u64::from(y) << 32 | u64::from(x));
-        for sample in 0..scene.samples {
-            // Not once a pixel: a pixel of a million samples takes seconds.
-            if sample % 1024 == 0 && progress.cancelled() {
-                return Err(RenderError::Cancelled);
+        // A pixel that shows finer fringes than its spectra resolve starts again with finer ones.
+        let mut level = 0;
+        let sum = loop {
+            let tracer = tracers[level].get_or_insert_with(|| Tracer::new(scene, level));
+            for sample in 0..scene.samples {
+                // Not once a pixel: a pixel of a million samples takes seconds.
+                if sample % 1024 == 0 && progress.cancelled() {
+                    return Err(RenderError::Cancelled);
+                }
+                let (dx, dy) = sampler.point(sample);
+                let mut choices = sampler.choices(sample);
+                let ray = scene.camera.ray_through_lens(f64::from(x) + dx, f64::from(y) + dy, &mut choices);
+                if !tracer.trace(simd, ray, &mut choices) {
+                    break;
+                }
             }
-            let (dx, dy) = sampler.point(sample);
-            let ray = scene.camera.ray(f64::from(x) + dx, f64::from(y) + dy);
-            tracer.trace(simd, ray, &mut sampler.choices(sample));
-        }
-        let sum = tracer.take_xyz(simd);
+            match tracer.take_xyz(simd) {
+                Ok(sum) => break sum,
+                Err(Trouble::NeedsLevel(finer)) => level = finer,
+                Err(trouble) => return Err(scene.complaint(trouble)),
+            }
+        };
         let column = x as usize;
         for (out, sum) in row.xyz[3 * column..3 * column + 3].iter_mut().zip(sum) {
             *out = (sum / f64::from(scene.samples)) as f32;
         }
         // The other planes hold what the ray through the pixel's centre meets first: a mean of depths is no depth.
         let centre = scene.camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        if let Some(hit) = nearest(&scene.spheres, &centre, None) {
+        if let Some(hit) = nearest(&scene.shapes, &centre, None) {
             row.depth[column] = hit.distance as f32;
-            row.thickness_nm[column] = scene.films[hit.object].thickness_nm(hit.point) as f32;
+            if let Some(thickness_nm) = scene.materials[hit.object].thickness_nm(hit.point) {
+                row.thickness_nm[column] = thickness_nm as f32;
+            }
             for (out, value) in row.normal[3 * column..].iter_mut().zip([hit.normal.x, hit.normal.y, hit.normal.z]) {
                 *out = value as f32;
             }

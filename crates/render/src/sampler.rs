@@ -62,28 +62,46 @@ impl PixelSampler {
     /// Point `sample` in the unit square; each coordinate in [0, 1).
     #[inline(always)]
     pub fn point(self, sample: u32) -> (f64, f64) {
-        const TO_UNIT: f64 = 1.0 / 4_294_967_296.0;
-        // The order of the points is scrambled by blocks, so that the first 2^k samples of any pixel are a whole net.
-        let shuffled = owen_scramble(sample, self.key as u32);
-        let keys = mix64(self.key);
-        let x = owen_scramble(shuffled.reverse_bits(), keys as u32);
-        let y = owen_scramble(sobol_second(shuffled), (keys >> 32) as u32);
-        (f64::from(x) * TO_UNIT, f64::from(y) * TO_UNIT)
+        net_point(self.key, sample)
     }
 
     /// The random numbers of one path: independent of its place in the pixel.
     #[inline(always)]
     pub fn choices(self, sample: u32) -> Choices {
-        Choices { state: mix64(self.key ^ (u64::from(sample) << 32 | 0x5EED)) }
+        Choices { key: self.key, sample, pairs: 0, state: mix64(self.key ^ (u64::from(sample) << 32 | 0x5EED)) }
     }
 }
 
-/// A stream of uniform random numbers for the choices along one path.
+/// Point `sample` of the scrambled net that belongs to a key.
+#[inline(always)]
+fn net_point(key: u64, sample: u32) -> (f64, f64) {
+    const TO_UNIT: f64 = 1.0 / 4_294_967_296.0;
+    // The order of the points is scrambled by blocks, so that the first 2^k samples of any pixel are a whole net.
+    let shuffled = owen_scramble(sample, key as u32);
+    let keys = mix64(key);
+    let x = owen_scramble(shuffled.reverse_bits(), keys as u32);
+    let y = owen_scramble(sobol_second(shuffled), (keys >> 32) as u32);
+    (f64::from(x) * TO_UNIT, f64::from(y) * TO_UNIT)
+}
+
+/// Random numbers for the choices along one path: a stream of single ones, and pairs that are stratified over the
+/// samples of the pixel.
 pub struct Choices {
+    key: u64,
+    sample: u32,
+    /// Pairs drawn so far.
+    pairs: u64,
     state: u64,
 }
 
 impl Choices {
+    /// A point in the unit square. The n-th pairs of all samples of a pixel are a (0,2)-net of their own.
+    #[inline(always)]
+    pub fn pair(&mut self) -> (f64, f64) {
+        self.pairs += 1;
+        net_point(mix64(self.key ^ self.pairs.wrapping_mul(0xD1B5_4A32_D192_ED03)), self.sample)
+    }
+
     /// Uniform in [0, 1).
     #[inline(always)]
     pub fn next(&mut self) -> f32 {

@@ -8,6 +8,8 @@
 
 use iridesce_optics::color::{Illuminant, Observer};
 
+use crate::lanes::{Lanes, blocks};
+
 /// Vacuum wavelengths outside which the observers are zero, nm.
 pub const FROM_NM: f64 = 360.0;
 /// The other end, nm.
@@ -19,6 +21,18 @@ pub const LANES: usize = 16;
 /// Largest number of nodes: films beyond about 0.5 mm have fringes that no eye and no lamp resolves.
 pub const MAX_NODES: usize = 1 << 14;
 
+/// Fewest nodes: what a smooth spectrum needs.
+pub const LEAST_NODES: usize = 32;
+
+/// Nodes to the finest fringe (error of a soap film's colour: docs/performance.md).
+const NODES_A_FRINGE: f64 = 8.0;
+
+/// Bands into which the uniform nodes are cut where directions differ by wavelength.
+const BANDS: usize = 16;
+
+/// Lines closer than this are one band, nm: no prism of a scene tells them apart.
+const SAME_BAND_NM: f64 = 2.0;
+
 /// The nodes of a render.
 #[derive(Debug, Clone)]
 pub struct Nodes {
@@ -28,16 +42,20 @@ pub struct Nodes {
     lines: Vec<f64>,
 }
 
-/// How many uniform nodes resolve the fringes of an optical path difference 2 n t (nm):
-/// eight to a fringe, at least 32 (error of a soap film's colour: docs/performance.md).
+/// How many uniform nodes resolve the fringes of an optical path difference 2 n t (nm).
 pub fn node_count(path_difference_nm: f64) -> usize {
     let wavenumbers = 1.0 / FROM_NM - 1.0 / TO_NM;
-    let wanted = (8.0 * path_difference_nm * wavenumbers).ceil().clamp(32.0, 1e9) as usize;
+    let wanted = (NODES_A_FRINGE * path_difference_nm * wavenumbers).ceil().clamp(LEAST_NODES as f64, 1e9) as usize;
     wanted.div_ceil(LANES) * LANES
 }
 
+/// The longest optical path difference (nm) whose fringes this many uniform nodes resolve.
+pub fn resolved_nm(uniform: usize) -> f64 {
+    uniform as f64 / (NODES_A_FRINGE * (1.0 / FROM_NM - 1.0 / TO_NM))
+}
+
 impl Nodes {
-    /// `uniform` nodes (a multiple of [`LANES`]) and a node for every line inside the visible range.
+    /// `uniform` nodes (a multiple of [`LANES`]; none where there are only lines) and a node for every line inside the visible range.
     pub fn new(uniform: usize, lines_nm: &[f64]) -> Nodes {
         let mut lines: Vec<f64> = lines_nm.iter().copied().filter(|l| (FROM_NM..=TO_NM).contains(l)).collect();
         lines.sort_by(f64::total_cmp);
@@ -56,9 +74,31 @@ impl Nodes {
         self.wavelength_nm.len()
     }
 
+    /// Number of uniform nodes; they come first.
+    pub fn uniform(&self) -> usize {
+        self.uniform
+    }
+
     /// Weights of X, Y, Z at every node for a light with this illuminant's spectrum, scaled to Y = 1.
     pub fn weights(&self, illuminant: &Illuminant, observer: Observer) -> [Vec<f64>; 3] {
         let mut weights = [vec![0.0_f64; self.len()], vec![0.0; self.len()], vec![0.0; self.len()]];
+        if self.uniform > 0 {
+            self.add_continuum(illuminant, observer, &mut weights);
+        }
+        for &(nm, power) in illuminant.lines() {
+            if let Some(line) = self.lines.iter().position(|&l| l == nm) {
+                let xyz = observer.at(nm);
+                for channel in 0..3 {
+                    weights[channel][self.uniform + line] += power * xyz[channel];
+                }
+            }
+        }
+        let total: f64 = weights[1].iter().sum();
+        let scale = if total > 0.0 { 1.0 / total } else { 0.0 };
+        weights.map(|w| w.into_iter().map(|v| v * scale).collect())
+    }
+
+    fn add_continuum(&self, illuminant: &Illuminant, observer: Observer, weights: &mut [Vec<f64>; 3]) {
         let samples: Vec<(f64, [f64; 3])> = (FROM_NM as u32..=TO_NM as u32)
             .map(|nm| {
                 let nm = f64::from(nm);
@@ -77,17 +117,81 @@ impl Nodes {
             let values: Vec<f64> = samples.iter().map(|(_, xyz)| xyz[channel]).collect();
             out[..self.uniform].copy_from_slice(&spline_weights(self.uniform, &places, &values));
         }
-        for &(nm, power) in illuminant.lines() {
-            if let Some(line) = self.lines.iter().position(|&l| l == nm) {
-                let xyz = observer.at(nm);
-                for channel in 0..3 {
-                    weights[channel][self.uniform + line] += power * xyz[channel];
-                }
+    }
+}
+
+/// The nodes cut into bands, each narrow enough to be refracted as one.
+#[derive(Debug, Clone)]
+pub struct Bands {
+    /// The node by which paths that carry the whole spectrum are refracted.
+    pub middle: usize,
+    /// The nodes at the ends of the spectrum.
+    pub ends: [usize; 2],
+    list: Vec<Band>,
+}
+
+/// A band of neighbouring nodes.
+#[derive(Debug, Clone)]
+pub struct Band {
+    /// The node by which it is refracted.
+    pub middle: usize,
+    /// Chance to be the one that goes on, summed over all bands up to and with this one.
+    until: f64,
+    /// One over its own chance at its nodes, zero elsewhere.
+    pub weight: Vec<Lanes>,
+}
+
+impl Bands {
+    /// Chances are in proportion to luminance (`importance`), but never less than a quarter of an equal share, since
+    /// dark bands have colour.
+    pub fn new(nodes: &Nodes, importance: &[Lanes]) -> Bands {
+        let luminance: Vec<f64> = importance.iter().flat_map(|l| l.0).map(f64::from).collect();
+        let mut ranges: Vec<std::ops::Range<usize>> = Vec::new();
+        if nodes.uniform > 0 {
+            let width = nodes.uniform / BANDS;
+            ranges.extend((0..BANDS).map(|band| band * width..(band + 1) * width));
+        }
+        for (i, nm) in nodes.lines.iter().enumerate() {
+            let at = nodes.uniform + i;
+            match ranges.last_mut() {
+                Some(last) if i > 0 && nm - nodes.wavelength_nm[last.start] < SAME_BAND_NM => last.end = at + 1,
+                _ => ranges.push(at..at + 1),
             }
         }
-        let total: f64 = weights[1].iter().sum();
-        let scale = if total > 0.0 { 1.0 / total } else { 0.0 };
-        weights.map(|w| w.into_iter().map(|v| v * scale).collect())
+        let equal = 0.25 / ranges.len() as f64;
+        let shares: Vec<f64> = ranges
+            .iter()
+            .map(|range| equal + 0.75 * luminance[range.clone()].iter().map(|y| y.max(0.0)).sum::<f64>())
+            .collect();
+        let total: f64 = shares.iter().sum();
+        let mut until = 0.0;
+        let list = ranges
+            .into_iter()
+            .zip(shares)
+            .map(|(range, share)| {
+                until += share / total;
+                let inside = |i: usize| if range.contains(&i) { total / share } else { 0.0 };
+                Band { middle: (range.start + range.end) / 2, until, weight: blocks((0..nodes.len()).map(inside)) }
+            })
+            .collect();
+        let distance = |i: &usize| (nodes.wavelength_nm[*i] - 560.0).abs();
+        let used = 0..nodes.uniform + nodes.lines.len();
+        let middle = used.clone().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let by_wavelength = |a: &usize, b: &usize| nodes.wavelength_nm[*a].total_cmp(&nodes.wavelength_nm[*b]);
+        let ends = [used.clone().min_by(by_wavelength), used.max_by(by_wavelength)].map(|end| end.unwrap_or(0));
+        Bands { middle: middle.unwrap_or(0), ends, list }
+    }
+
+    /// The band that a random number in [0, 1) chooses.
+    #[inline(always)]
+    pub fn choose(&self, random: f64) -> usize {
+        let at = self.list.partition_point(|band| band.until <= random);
+        at.min(self.list.len() - 1)
+    }
+
+    #[inline(always)]
+    pub fn band(&self, number: usize) -> &Band {
+        &self.list[number]
     }
 }
 
@@ -187,5 +291,39 @@ mod tests {
         let y_bar = |nm| Observer::Cie1931.at(nm)[1];
         assert!((y[32] / y[33] - 2.0 * y_bar(589.158) / y_bar(589.756)).abs() < 1e-12, "powers 2 : 1");
         assert!(y[34..].iter().all(|&w| w == 0.0), "padding weighs nothing");
+    }
+
+    #[test]
+    fn lines_alone_need_no_other_nodes() {
+        let sodium = Illuminant::named("lines:589.158*2,589.756").unwrap();
+        let nodes = Nodes::new(0, &[589.158, 589.756]);
+        assert_eq!((nodes.len(), nodes.uniform()), (16, 0));
+        let y = &nodes.weights(&sodium, Observer::Cie1931)[1];
+        assert!((y[0] + y[1] - 1.0).abs() < 1e-12 && y[2..].iter().all(|&w| w == 0.0));
+        assert!(nodes.weights(&Illuminant::named("D65").unwrap(), Observer::Cie1931)[1].iter().all(|&w| w == 0.0));
+    }
+
+    /// Whatever the bands weigh, on average every node weighs one: that is all that makes the choice fair.
+    #[test]
+    fn bands_are_chosen_fairly() {
+        for (uniform, lines) in [(32, &[][..]), (96, &[435.8, 546.07, 577.0, 579.07][..]), (0, &[589.158, 589.756][..])]
+        {
+            let nodes = Nodes::new(uniform, lines);
+            let d65 = nodes.weights(&Illuminant::named("D65").unwrap(), Observer::Cie1931);
+            let importance = blocks(d65[1].iter().map(|w| 0.5 * w));
+            let bands = Bands::new(&nodes, &importance);
+            let mut mean = vec![0.0; nodes.len()];
+            let draws = 100_000;
+            for i in 0..draws {
+                let band = bands.band(bands.choose((f64::from(i) + 0.5) / f64::from(draws)));
+                assert!(band.weight[band.middle / LANES].0[band.middle % LANES] > 0.0);
+                for (sum, weight) in mean.iter_mut().zip(band.weight.iter().flat_map(|l| l.0)) {
+                    *sum += f64::from(weight) / f64::from(draws);
+                }
+            }
+            for (i, value) in mean.iter().enumerate().take(uniform + lines.len()) {
+                assert!((value - 1.0).abs() < 2e-3, "{uniform}, node {i}: {value}");
+            }
+        }
     }
 }

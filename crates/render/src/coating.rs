@@ -1,0 +1,166 @@
+//! Layers on a substrate at one hit: what they reflect and pass at every spectral node. No layers at all is the bare
+//! surface of a medium.
+//!
+//! Fields are marched up from the medium beyond (the same road as the f64 solver in `iridesce_optics::stack`, in single
+//! precision). With q = kz / k0 in a medium and its admittance y (q for s light, q / n^2 for p light), the tangential
+//! fields (A, B) start as (1, y_exit), and a layer of phase delta = k0 q t takes them to
+//!
+//! ```text
+//! A' = cos(delta) A - i sin(delta) / y B,   B' = cos(delta) B - i y sin(delta) A
+//! r = (y_0 A - B) / (y_0 A + B),   t = 2 y_0 / (y_0 A + B)
+//! ```
+//!
+//! Each layer is scaled by exp(-Im delta), so that nothing grows in opaque ones; t collects the factors.
+//! q^2 = (n - n_0)(n + n_0) + (n_0 cos)^2 has no cancellation near grazing incidence.
+//!
+//! Source of the characteristic matrix: Born & Wolf, Principles of Optics, 7th ed., sec. 1.6.
+
+use fearless_simd::{Simd, f32x16, prelude::*};
+use num_complex::Complex64;
+
+use crate::complex::{Complex, add, conjugate_product, inverse, mul, power, square_root, sub};
+use crate::film::{COS_PI, EXP2_PER_HALF_TURN, Mueller, Response, SIN_PI, SMALLEST_COS, exp2};
+use crate::lanes::{Lanes, blocks, polynomial};
+use crate::spectral::LANES;
+
+/// Complex indices of a medium at the nodes of a render.
+#[derive(Debug, Clone)]
+pub struct IndexTable {
+    n: Vec<Lanes>,
+    k: Vec<Lanes>,
+}
+
+impl IndexTable {
+    pub fn new(indices: &[Complex64]) -> IndexTable {
+        IndexTable { n: blocks(indices.iter().map(|n| n.re)), k: blocks(indices.iter().map(|n| n.im)) }
+    }
+
+    /// The real index at a node.
+    #[inline(always)]
+    pub fn n_at(&self, node: usize) -> f64 {
+        f64::from(self.n[node / LANES].0[node % LANES])
+    }
+
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, block: usize) -> [f32x16<S>; 2] {
+        [self.n[block].load(simd), self.k[block].load(simd)]
+    }
+}
+
+/// The layers at a hit: their indices and thicknesses, from outside inwards.
+#[derive(Debug, Clone, Copy)]
+pub struct LayersAt<'a> {
+    pub tables: &'a [IndexTable],
+    pub thickness_nm: &'a [f32],
+}
+
+/// What light meets at a hit, in the order in which a ray of the camera comes to it.
+pub struct Sequence<'a> {
+    /// The medium the ray is in; of its index the real part counts.
+    pub outer: &'a IndexTable,
+    pub layers: LayersAt<'a>,
+    /// The layers stand in the other order: the ray comes from the substrate.
+    pub is_reversed: bool,
+    pub exit: &'a IndexTable,
+    /// Half turns of phase per nm and unit of q: 2 / lambda.
+    pub rate: &'a [Lanes],
+}
+
+impl Sequence<'_> {
+    /// Everything about a block of nodes.
+    #[inline(always)]
+    pub fn response<S: Simd>(&self, simd: S, block: usize, cos_theta: f32) -> Response<S> {
+        let zero = f32x16::splat(simd, 0.0);
+        let n_0 = self.outer.n[block].load(simd);
+        let q_0 = n_0 * cos_theta.max(SMALLEST_COS);
+        let q_0_squared = q_0 * q_0;
+        let per_n_0_squared = f32x16::splat(simd, 1.0) / (n_0 * n_0);
+        let rate = self.rate[block].load(simd);
+        let n_exit = self.exit.load(simd, block);
+        let (q_exit, per_exit_squared) = normal_to(simd, n_exit, n_0, q_0_squared);
+        // (A, B) of s and p light; for p light A is the magnetic field.
+        let (mut a_s, mut b_s) = ([f32x16::splat(simd, 1.0), zero], q_exit);
+        let (mut a_p, mut b_p) = (a_s, mul(q_exit, per_exit_squared));
+        let y_p_exit = b_p;
+        // Exponent (base 2) of the factors left out.
+        let mut left_out = zero;
+        let LayersAt { tables, thickness_nm } = self.layers;
+        let count = tables.len();
+        for i in 0..count {
+            // From the exit side: the last of the order in which the ray comes.
+            let layer = if self.is_reversed { i } else { count - 1 - i };
+            let (q, per_n_squared) = normal_to(simd, tables[layer].load(simd, block), n_0, q_0_squared);
+            let turns = rate * thickness_nm[layer];
+            let half_turns = q[0] * turns;
+            let x = half_turns - half_turns.round_ties_even();
+            let x2 = x * x;
+            let (sine, cosine) = (x * polynomial(simd, x2, &SIN_PI), polynomial(simd, x2, &COS_PI));
+            let exponent = q[1] * turns * -EXP2_PER_HALF_TURN;
+            left_out = left_out + exponent;
+            // exp(-2 Im delta); sums with it, halved, are cosh and sinh times exp(-Im delta).
+            let decay = exp2(simd, exponent * 2.0);
+            let (more, less) = ((decay + 1.0) * 0.5, (decay - 1.0) * 0.5);
+            let cos_delta = [cosine * more, sine * less];
+            let sin_delta = [sine * more, -cosine * less];
+            let per_q = inverse(simd, q);
+            let n_squared = inverse(simd, per_n_squared);
+            (a_s, b_s) = march(a_s, b_s, cos_delta, mul(sin_delta, q), mul(sin_delta, per_q));
+            (a_p, b_p) = march(
+                a_p,
+                b_p,
+                cos_delta,
+                mul(sin_delta, mul(q, per_n_squared)),
+                mul(sin_delta, mul(n_squared, per_q)),
+            );
+        }
+        let y_p_0 = q_0 * per_n_0_squared;
+        let (r_s, t_s) = amplitudes(simd, a_s, b_s, q_0);
+        let (r_p, t_p) = amplitudes(simd, a_p, b_p, y_p_0);
+        // Power that leaves against power that arrives; beyond the critical angle the real parts vanish.
+        let decay = exp2(simd, left_out * 2.0);
+        let (t_s_power, t_p_power) = (q_exit[0] / q_0 * decay, y_p_exit[0].max(zero) / y_p_0 * decay);
+        let between = (t_s_power * t_p_power).sqrt();
+        let [re, im] = conjugate_product(t_s, t_p);
+        Response {
+            reflect: Mueller { s: power(r_s), p: power(r_p), cross: conjugate_product(r_s, r_p) },
+            transmit: Mueller {
+                s: power(t_s) * t_s_power,
+                p: power(t_p) * t_p_power,
+                cross: [re * between, im * between],
+            },
+        }
+    }
+}
+
+// Functions, not closures: those are not always compiled for the wider instructions.
+
+/// q = kz / k0 in a medium, and its 1 / n^2.
+#[inline(always)]
+fn normal_to<S: Simd>(simd: S, n: Complex<S>, n_0: f32x16<S>, q_0_squared: f32x16<S>) -> (Complex<S>, Complex<S>) {
+    let re = (n[0] - n_0).mul_add(n[0] + n_0, q_0_squared - n[1] * n[1]);
+    (square_root(simd, [re, n[0] * n[1] * 2.0]), inverse(simd, mul(n, n)))
+}
+
+/// Tangential fields one layer up; `sin_y` and `sin_per_y` are sin(delta) times y and 1 / y.
+#[inline(always)]
+fn march<S: Simd>(
+    a: Complex<S>,
+    b: Complex<S>,
+    cos_delta: Complex<S>,
+    sin_y: Complex<S>,
+    sin_per_y: Complex<S>,
+) -> (Complex<S>, Complex<S>) {
+    let (from_b, from_a) = (mul(sin_per_y, b), mul(sin_y, a));
+    let (a_on, b_on) = (mul(cos_delta, a), mul(cos_delta, b));
+    // -i (x + i y) = y - i x
+    ([a_on[0] + from_b[1], a_on[1] - from_b[0]], [b_on[0] + from_a[1], b_on[1] - from_a[0]])
+}
+
+/// r and t (of the fields that A stands for) from the fields on top.
+#[inline(always)]
+fn amplitudes<S: Simd>(simd: S, a: Complex<S>, b: Complex<S>, y_0: f32x16<S>) -> (Complex<S>, Complex<S>) {
+    let incoming = [a[0] * y_0, a[1] * y_0];
+    let per_sum = inverse(simd, add(incoming, b));
+    let scale = y_0 * 2.0;
+    (mul(sub(incoming, b), per_sum), [per_sum[0] * scale, per_sum[1] * scale])
+}

@@ -1,0 +1,110 @@
+//! Paths on their way out to the lights that depend on direction, sixteen at a time.
+
+use fearless_simd::{Simd, f32x16, prelude::*};
+
+use super::{Sums, Tracer};
+use crate::lanes::Lanes;
+use crate::spectral::LANES;
+use crate::vector::Vec3;
+
+/// What of the light that a path meets outside is its own, where another way of looking finds the rest.
+#[derive(Debug, Clone, Copy)]
+pub struct Share {
+    /// Of the maps.
+    pub maps: f32,
+    /// The sun that it adds, if any.
+    pub sun: Option<usize>,
+}
+
+/// Paths that are leaving the scene.
+pub struct Leaving {
+    directions: [Lanes; 3],
+    shares: [Share; LANES],
+    /// Sum of s and p weights: spectrum of path i from `i * blocks`. Empty for paths that met nothing.
+    pub carried: Vec<Lanes>,
+    pub count: usize,
+}
+
+impl Leaving {
+    pub fn new(blocks: usize) -> Leaving {
+        // Unused lanes look somewhere harmless.
+        Leaving {
+            directions: [Lanes::ZERO, Lanes::ONE, Lanes::ZERO],
+            shares: [Share { maps: 1.0, sun: None }; LANES],
+            carried: vec![Lanes::ZERO; blocks * LANES],
+            count: 0,
+        }
+    }
+
+    #[inline(always)]
+    pub fn push(&mut self, direction: Vec3, share: Share) -> usize {
+        let at = self.count;
+        let [x, y, z] = &mut self.directions;
+        (x.0[at], y.0[at], z.0[at]) = (direction.x as f32, direction.y as f32, direction.z as f32);
+        self.shares[at] = share;
+        self.count += 1;
+        at
+    }
+}
+
+impl Tracer<'_> {
+    /// Makes room for a few more paths.
+    #[inline(always)]
+    pub(super) fn make_room<S: Simd>(&mut self, simd: S, paths: usize) {
+        if self.leaving.count + paths > LANES {
+            self.reach_lights(simd);
+        }
+    }
+
+    /// Looks up the lights for the paths that have left.
+    #[inline(always)]
+    pub(super) fn reach_lights<S: Simd>(&mut self, simd: S) {
+        if self.leaving.count == 0 {
+            return;
+        }
+        let lights = &self.spectra.lights;
+        let [red, green, blue] = lights.map_rgb(simd, &self.leaving.directions);
+        let mut xyz = [f32x16::splat(simd, 0.0); 3];
+        for path in 0..self.leaving.count {
+            let Share { maps, sun } = self.leaving.shares[path];
+            let rgb = [red[path] * maps, green[path] * maps, blue[path] * maps];
+            for block in 0..self.blocks {
+                let carried = self.leaving.carried[path * self.blocks + block].load(simd);
+                xyz = lights.add_map(simd, block, carried, rgb, xyz);
+            }
+            if let Some(sun) = sun {
+                for block in 0..self.blocks {
+                    let carried = self.leaving.carried[path * self.blocks + block].load(simd);
+                    xyz = lights.add_sun(simd, sun, block, carried, xyz);
+                }
+            }
+        }
+        self.leaving.count = 0;
+        self.add(&Sums(xyz));
+    }
+
+    /// The same for camera rays that met nothing.
+    #[inline(always)]
+    pub(super) fn reach_lights_bare<S: Simd>(&mut self, simd: S) {
+        if self.bare.count == 0 {
+            return;
+        }
+        let lights = &self.spectra.lights;
+        let rgb = lights.map_rgb(simd, &self.bare.directions);
+        let mut sum = [0.0_f64; 3];
+        for (sum, lanes) in sum.iter_mut().zip(&rgb) {
+            *sum = lanes[..self.bare.count].iter().map(|&v| f64::from(v)).sum();
+        }
+        for (total, part) in self.xyz.iter_mut().zip(lights.xyz(sum)) {
+            *total += part;
+        }
+        for share in &self.bare.shares[..self.bare.count] {
+            if let Some(sun) = share.sun {
+                for (total, part) in self.xyz.iter_mut().zip(lights.suns[sun].xyz) {
+                    *total += part;
+                }
+            }
+        }
+        self.bare.count = 0;
+    }
+}

@@ -1,0 +1,371 @@
+//! What one camera ray brings home.
+//!
+//! A path is traced from the camera and carries, at every spectral node, the adjoint Stokes vector: the row
+//! vector w with "measured = w . (Stokes vector of light arriving against the path)". It starts as (1, 0, 0, 0)
+//! and is multiplied by rotations and Mueller matrices as the path meets films (docs/theory.md). Instead of I and
+//! Q it holds the weights of s and p light, w_I + w_Q and w_I - w_Q, which a film multiplies by R_s and R_p;
+//! U and V stay untouched zeros as long as all planes of incidence coincide.
+//!
+//! At a film, a coating or a bare surface both branches are followed (`specular.rs`); at a matt surface one goes on and
+//! the lights are asked directly (`matt.rs`). A branch that leaves the scene is added up on the spot; one that goes on
+//! may be left out only by chance, never dropped (`chance.rs`): below [`FAINT`] it survives with probability in
+//! proportion to its luminance; after `max_depth` hits below the luminance it had there; and where two go on after
+//! `max_depth`, one is chosen in proportion to luminance. So no weight ever grows, and the walk ends. In a uniform
+//! environment nothing at all is left to chance.
+
+mod chance;
+mod leaving;
+mod matt;
+mod specular;
+#[cfg(test)]
+mod tests;
+
+use fearless_simd::{Simd, f32x16, prelude::*};
+
+use self::leaving::{Leaving, Share};
+use crate::camera::Ray;
+use crate::geometry::{Hit, frame, nearest};
+use crate::lanes::Lanes;
+use crate::media::Within;
+use crate::prepare::{Material, Prepared, Spectra};
+use crate::sampler::Choices;
+use crate::spectral::LANES;
+use crate::vector::Vec3;
+
+/// Luminance (of 1 at the camera) below which a branch survives only by chance. One such choice makes noise of at most
+/// half of this times the deviation of the light from its mean; docs/performance.md has the trade against time.
+const FAINT: f32 = 2e-4;
+
+/// Planes of incidence closer than this (sine of the angle between them) count as one: the second-order error is 1e-10.
+const SAME_PLANE: f64 = 1e-5;
+
+/// A path that is about to meet a surface; its spectra stand in the arena under `slot`.
+#[derive(Clone, Copy)]
+struct Path {
+    direction: Vec3,
+    hit: Hit,
+    /// The s direction of the plane that the Stokes vector refers to; meaningless before the first hit.
+    axis: Vec3,
+    slot: usize,
+    hits: u32,
+    /// The luminance below which it survives only by chance.
+    floor: f32,
+    within: Within,
+    /// U and V are zero (and their storage is stale).
+    in_plane: bool,
+    /// It has met nothing that polarises since the camera or a matt surface.
+    is_natural: bool,
+    /// The band of wavelengths that it still carries, once a prism has parted them.
+    band: Option<u8>,
+    /// Where it was scattered, if nothing but films has been passed, straight on, since then.
+    scattered: Option<Scattered>,
+}
+
+/// A matt place that a path left in a direction drawn at random.
+#[derive(Clone, Copy)]
+struct Scattered {
+    origin: Vec3,
+    /// Probability per solid angle of the direction.
+    density: f64,
+}
+
+/// What becomes of a branch.
+#[derive(Clone, Copy)]
+enum Fate {
+    /// It meets another surface.
+    GoesOn(Hit),
+    /// It leaves the scene.
+    Leaves,
+    /// It meets a glowing surface, and this share of its light is its own.
+    Glows(usize, f32),
+    /// It is absorbed.
+    Lost,
+}
+
+/// Where the spectra of a branch are written.
+#[derive(Clone, Copy)]
+enum Target {
+    /// Into the arena: the branch goes on.
+    Slot(usize),
+    /// Among the paths that leave for lights that depend on direction.
+    Out(usize),
+    /// Nowhere: it finds the uniform lights only.
+    Uniform,
+    /// Nowhere: it finds this share of an emitter.
+    Glow(usize, f32),
+    /// Nowhere at all.
+    Lost,
+}
+
+/// Why a pixel could not be finished.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Trouble {
+    /// It shows finer fringes than the spectra resolve: this level would do.
+    NeedsLevel(usize),
+    /// A ray came to an object in another medium than the one that the object lies in.
+    WrongMedium { object: usize, is_in: u16, expected: u16 },
+    /// Media nested too deeply.
+    TooDeep { object: usize },
+}
+
+/// Sums of X, Y, Z over a block's lanes.
+struct Sums<S: Simd>([f32x16<S>; 3]);
+
+/// Working memory of one thread.
+pub struct Tracer<'a> {
+    scene: &'a Prepared,
+    spectra: &'a Spectra,
+    level: usize,
+    /// Spectra by slot: s, p, u, v, each `blocks` long.
+    arena: Vec<Lanes>,
+    blocks: usize,
+    waiting: Vec<Path>,
+    free: Vec<usize>,
+    leaving: Leaving,
+    /// Camera rays that meet nothing.
+    bare: Leaving,
+    /// XYZ of the pixel so far.
+    xyz: [f64; 3],
+    trouble: Option<Trouble>,
+    /// Thicknesses of the layers at the hit under work, nm.
+    thicknesses: Vec<f32>,
+}
+
+impl<'a> Tracer<'a> {
+    pub fn new(scene: &'a Prepared, level: usize) -> Tracer<'a> {
+        // Every hit leaves at most one more path waiting, and none after max_depth; a matt hit takes one while it asks
+        // for the lights.
+        let slots = scene.max_depth as usize + 3;
+        let spectra = &scene.levels[level];
+        let blocks = spectra.importance.len();
+        Tracer {
+            scene,
+            spectra,
+            level,
+            arena: vec![Lanes::ZERO; slots * 4 * blocks],
+            blocks,
+            waiting: Vec::with_capacity(slots),
+            free: (0..slots).rev().collect(),
+            leaving: Leaving::new(blocks),
+            bare: Leaving::new(0),
+            xyz: [0.0; 3],
+            trouble: None,
+            thicknesses: Vec::new(),
+        }
+    }
+
+    /// The sum of XYZ over all rays since the last call, or why there is none. Either way it starts afresh.
+    #[inline(always)]
+    pub fn take_xyz<S: Simd>(&mut self, simd: S) -> Result<[f64; 3], Trouble> {
+        self.reach_lights(simd);
+        self.reach_lights_bare(simd);
+        let xyz = std::mem::take(&mut self.xyz);
+        self.trouble.take().map_or(Ok(xyz), Err)
+    }
+
+    /// Adds what arrives at the camera along a ray; false once the pixel is in trouble.
+    #[inline(always)]
+    pub fn trace<S: Simd>(&mut self, simd: S, ray: Ray, choices: &mut Choices) -> bool {
+        let scene = self.scene;
+        let lights = &self.spectra.lights;
+        let Some(hit) = nearest(&scene.shapes, &ray, None) else {
+            if self.is_dark(scene.camera_within) {
+                return true;
+            }
+            for c in 0..3 {
+                self.xyz[c] += lights.uniform_xyz[c];
+            }
+            if lights.depend_on_direction() {
+                self.bare.push(ray.direction, Share { maps: 1.0, sun: lights.sun_at(ray.direction) });
+                if self.bare.count == LANES {
+                    self.reach_lights_bare(simd);
+                }
+            }
+            return true;
+        };
+        let Some(slot) = self.free.pop() else { unreachable!("all slots are free between camera rays") };
+        let start = slot * 4 * self.blocks;
+        self.arena[start..start + 2 * self.blocks].fill(Lanes::ONE);
+        let mut path = Path {
+            direction: ray.direction,
+            hit,
+            axis: frame(ray.direction).0,
+            slot,
+            hits: 0,
+            floor: FAINT,
+            within: scene.camera_within,
+            in_plane: true,
+            is_natural: true,
+            band: None,
+            scattered: None,
+        };
+        let mut sums = Sums([f32x16::splat(simd, 0.0); 3]);
+        loop {
+            if !self.meet(simd, &mut path, &mut sums, choices) {
+                self.free.push(path.slot);
+                match self.waiting.pop() {
+                    Some(next) => path = next,
+                    None => break,
+                }
+            }
+            if self.trouble.is_some() {
+                self.free.push(path.slot);
+                while let Some(next) = self.waiting.pop() {
+                    self.free.push(next.slot);
+                }
+                return false;
+            }
+        }
+        self.add(&sums);
+        true
+    }
+
+    /// What a path finds at the surface it meets. It continues as `path` (false: nothing of it is left).
+    #[inline(always)]
+    fn meet<S: Simd>(&mut self, simd: S, path: &mut Path, sums: &mut Sums<S>, choices: &mut Choices) -> bool {
+        let scene = self.scene;
+        self.attenuate(simd, path);
+        match &scene.materials[path.hit.object] {
+            Material::Film(film) => self.meet_film(simd, path, film, sums, choices),
+            Material::Coating(coating) => self.meet_coating(simd, path, coating, sums, choices),
+            Material::Matt { is_black: true, .. } => false,
+            Material::Matt { number, .. } => self.meet_matt(simd, path, *number, sums, choices),
+            Material::Emitter(emitter) => {
+                let share = self.glow_share(path.scattered, &path.hit);
+                self.meet_emitter(simd, path, *emitter, share, sums);
+                false
+            }
+        }
+    }
+
+    /// Takes off what the medium absorbs on the way to the hit.
+    #[inline(always)]
+    fn attenuate<S: Simd>(&mut self, simd: S, path: &Path) {
+        let Some(rate) = &self.spectra.attenuation[usize::from(path.within.innermost())] else { return };
+        let distance = path.hit.distance as f32;
+        for component in 0..if path.in_plane { 2 } else { 4 } {
+            for block in 0..self.blocks {
+                let at = self.at(path.slot, component, block);
+                let passes = crate::film::exp2(simd, rate[block].load(simd) * -distance);
+                let left = self.arena[at].load(simd) * passes;
+                self.arena[at].store(left);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn meet_emitter<S: Simd>(&mut self, simd: S, path: &Path, emitter: usize, share: f32, sums: &mut Sums<S>) {
+        let mut xyz = sums.0;
+        for block in 0..self.blocks {
+            let s = self.arena[self.at(path.slot, 0, block)].load(simd);
+            let p = self.arena[self.at(path.slot, 1, block)].load(simd);
+            xyz = self.spectra.lights.add_glow(simd, emitter, block, (s + p) * share, xyz);
+        }
+        sums.0 = xyz;
+    }
+
+    /// Nothing comes from infinitely far away within a medium that absorbs.
+    #[inline(always)]
+    fn is_dark(&self, within: Within) -> bool {
+        self.spectra.attenuation[usize::from(within.innermost())].is_some()
+    }
+
+    /// Where a branch that starts at a hit goes.
+    #[inline(always)]
+    fn fate(&self, hit: &Hit, direction: Vec3, within: Within, scattered: Option<Scattered>) -> Fate {
+        let scene = self.scene;
+        let Some(next) = nearest(&scene.shapes, &Ray { origin: hit.point, direction }, Some(hit.object)) else {
+            return if self.is_dark(within) { Fate::Lost } else { Fate::Leaves };
+        };
+        match &scene.materials[next.object] {
+            Material::Matt { is_black: true, .. } => Fate::Lost,
+            Material::Emitter(emitter) if !self.is_dark(within) => {
+                Fate::Glows(*emitter, self.glow_share(scattered, &next))
+            }
+            _ => Fate::GoesOn(next),
+        }
+    }
+
+    /// Where the spectra of a branch are written.
+    #[inline(always)]
+    fn target(&mut self, fate: Fate, slot: usize, direction: Vec3, scattered: Option<Scattered>) -> Target {
+        let lights = &self.spectra.lights;
+        match fate {
+            Fate::GoesOn(_) => Target::Slot(slot),
+            Fate::Leaves if lights.depend_on_direction() => {
+                let share = match scattered {
+                    None => Share { maps: 1.0, sun: lights.sun_at(direction) },
+                    Some(from) => Share { maps: self.map_share(from, direction), sun: None },
+                };
+                Target::Out(self.leaving.push(direction, share))
+            }
+            Fate::Leaves => Target::Uniform,
+            Fate::Glows(emitter, share) => Target::Glow(emitter, share),
+            Fate::Lost => Target::Lost,
+        }
+    }
+
+    /// Writes a block of a branch to where it goes; one that meets lights whose weights are known finds them at once.
+    ///
+    /// Sums go in and out by value: behind a reference they pass through memory at every block.
+    #[inline(always)]
+    fn put<S: Simd>(
+        &mut self,
+        simd: S,
+        to: Target,
+        block: usize,
+        s: f32x16<S>,
+        p: f32x16<S>,
+        xyz: [f32x16<S>; 3],
+    ) -> [f32x16<S>; 3] {
+        match to {
+            Target::Slot(slot) => {
+                let (s_at, p_at) = (self.at(slot, 0, block), self.at(slot, 1, block));
+                self.arena[s_at].store(s);
+                self.arena[p_at].store(p);
+                return xyz;
+            }
+            Target::Out(path) => self.leaving.carried[path * self.blocks + block].store(s + p),
+            Target::Uniform => {}
+            Target::Glow(emitter, share) => {
+                return self.spectra.lights.add_glow(simd, emitter, block, (s + p) * share, xyz);
+            }
+            Target::Lost => return xyz,
+        }
+        self.spectra.lights.add_uniform(simd, block, s + p, xyz)
+    }
+
+    /// Adds what a block would find if the lights had their mean radiance everywhere.
+    #[inline(always)]
+    fn add_mean<S: Simd>(&self, simd: S, block: usize, s_and_p: f32x16<S>, xyz: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
+        let lights = &self.spectra.lights;
+        let xyz = lights.add_uniform(simd, block, s_and_p, xyz);
+        if lights.has_maps() { lights.add_map(simd, block, s_and_p, lights.mean_rgb, xyz) } else { xyz }
+    }
+
+    /// Asks for finer spectra if these do not resolve the fringes of a path difference; true if the pixel must wait.
+    #[inline(always)]
+    fn is_too_coarse(&mut self, path_difference_nm: f64) -> bool {
+        if path_difference_nm <= self.spectra.resolved_nm {
+            return false;
+        }
+        let finer = self.scene.levels[self.level..].iter().position(|level| path_difference_nm <= level.resolved_nm);
+        // The last level resolves everything that the scene's thicknesses allow.
+        self.trouble = Some(Trouble::NeedsLevel(self.level + finer.unwrap_or(0).max(1)));
+        true
+    }
+
+    /// Not `map`: closures are not compiled for the wider instructions.
+    #[inline(always)]
+    fn add<S: Simd>(&mut self, sums: &Sums<S>) {
+        let [x, y, z] = sums.0;
+        self.xyz[0] += f64::from(x.reduce_sum());
+        self.xyz[1] += f64::from(y.reduce_sum());
+        self.xyz[2] += f64::from(z.reduce_sum());
+    }
+
+    #[inline(always)]
+    fn at(&self, slot: usize, component: usize, block: usize) -> usize {
+        (slot * 4 + component) * self.blocks + block
+    }
+}

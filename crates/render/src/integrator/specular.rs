@@ -1,0 +1,416 @@
+//! Films, coatings and bare surfaces: light is mirrored and passes, at every wavelength in its own share.
+
+use fearless_simd::{Simd, f32x16, prelude::*};
+
+use super::{Fate, Path, SAME_PLANE, Scattered, Sums, Target, Tracer, Trouble};
+use crate::coating::{IndexTable, LayersAt, Sequence};
+use crate::film::{Beam, Mueller, Response};
+use crate::lanes::Lanes;
+use crate::media::Within;
+use crate::prepare::{CoatedSurface, FilmSurface};
+use crate::sampler::Choices;
+use crate::spectral::Band;
+use crate::vector::Vec3;
+
+/// Directions of one refracted path that differ by less than this over the spectrum (radians) count as one: a tenth of
+/// a pixel of any picture.
+const SAME_DIRECTION: f64 = 1e-4;
+
+/// The refracted branch of a hit.
+struct Refracted<'a> {
+    direction: Vec3,
+    within: Within,
+    band: Option<u8>,
+    /// What of the spectrum goes on, where a prism has parted it just here.
+    thinned: Option<&'a Band>,
+}
+
+impl<'a> Tracer<'a> {
+    /// Splits a path at a film.
+    #[inline(always)]
+    pub(super) fn meet_film<S: Simd>(
+        &mut self,
+        simd: S,
+        path: &mut Path,
+        film: &FilmSurface,
+        sums: &mut Sums<S>,
+        choices: &mut Choices,
+    ) -> bool {
+        let Path { hit, direction, within, .. } = *path;
+        if within.innermost() != film.outside {
+            self.trouble =
+                Some(Trouble::WrongMedium { object: hit.object, is_in: within.innermost(), expected: film.outside });
+            return false;
+        }
+        let thickness = film.layer.thickness_nm(hit.point);
+        if self.is_too_coarse(film.layer.path_nm(thickness)) {
+            return false;
+        }
+        let thickness_nm = thickness as f32;
+        let along = direction.dot(hit.normal);
+        let cos_theta = along.abs().min(1.0) as f32;
+
+        self.turn_to_plane(simd, path);
+        path.hits += 1;
+        path.is_natural = false;
+
+        let mirror = direction - hit.normal * (2.0 * along);
+        let passed = self.fate(&hit, direction, within, path.scattered);
+        let mirrored = self.fate(&hit, mirror, within, None);
+        self.make_room(simd, 2);
+        let to = self.targets(path, (mirrored, mirror), (passed, direction, path.scattered));
+        let (mirrored_y, passed_y) = if path.in_plane && self.spectra.films[film.number].is_plain() {
+            self.split_plain(simd, path, film.number, cos_theta, thickness_nm, to, sums)
+        } else {
+            self.split_film(simd, path, film.number, cos_theta, thickness_nm, to, sums)
+        };
+        let mirrored = goes_on(path, mirrored, to[0], mirror, within, None);
+        let passed = goes_on(path, passed, to[1], direction, within, path.scattered);
+        let branches = [mirrored.map(|path| (path, mirrored_y)), passed.map(|path| (path, passed_y))];
+        self.follow(simd, path, branches, sums, choices)
+    }
+
+    /// Splits a path at a coated or bare surface.
+    #[inline(always)]
+    pub(super) fn meet_coating<S: Simd>(
+        &mut self,
+        simd: S,
+        path: &mut Path,
+        coating: &CoatedSurface,
+        sums: &mut Sums<S>,
+        choices: &mut Choices,
+    ) -> bool {
+        let spectra = self.spectra;
+        let Path { hit, direction, within, .. } = *path;
+        let along = direction.dot(hit.normal);
+        let is_from_front = along < 0.0;
+        let outer = within.innermost();
+        let beyond = if is_from_front {
+            let Some(deeper) = within.entered(coating.substrate) else {
+                self.trouble = Some(Trouble::TooDeep { object: hit.object });
+                return false;
+            };
+            deeper
+        } else if outer == coating.substrate {
+            within.left()
+        } else if coating.is_opaque {
+            // The back of a thin piece of metal: it looks like its front.
+            within
+        } else {
+            self.trouble = Some(Trouble::WrongMedium { object: hit.object, is_in: outer, expected: coating.substrate });
+            return false;
+        };
+        let is_metal_back = coating.is_opaque && !is_from_front;
+        let exit = if is_metal_back { coating.substrate } else { beyond.innermost() };
+
+        let mut path_nm = 0.0;
+        self.thicknesses.clear();
+        for layer in &coating.layers {
+            let thickness = layer.thickness_nm(hit.point);
+            path_nm += layer.path_nm(thickness);
+            self.thicknesses.push(thickness as f32);
+        }
+        if self.is_too_coarse(path_nm) {
+            return false;
+        }
+        let cos_theta = along.abs().min(1.0);
+
+        self.turn_to_plane(simd, path);
+        path.hits += 1;
+        path.is_natural = false;
+
+        let mirror = direction - hit.normal * (2.0 * along);
+        let refracted = if coating.is_opaque {
+            None
+        } else {
+            let facing = if is_from_front { hit.normal } else { -hit.normal };
+            let media = [&spectra.media[usize::from(outer)], &spectra.media[usize::from(exit)]];
+            self.refract(path, facing, cos_theta, media, beyond, choices)
+        };
+        let mirrored = self.fate(&hit, mirror, within, None);
+        let passed = match &refracted {
+            Some(branch) => self.fate(&hit, branch.direction, branch.within, None),
+            None => Fate::Lost,
+        };
+        self.make_room(simd, 2);
+        let passed_direction = refracted.as_ref().map_or(direction, |branch| branch.direction);
+        let to = self.targets(path, (mirrored, mirror), (passed, passed_direction, None));
+        let thinned = refracted.as_ref().and_then(|branch| branch.thinned);
+
+        let thicknesses = std::mem::take(&mut self.thicknesses);
+        let tables = &spectra.coatings[coating.number];
+        let sequence = Sequence {
+            outer: &spectra.media[usize::from(outer)],
+            layers: LayersAt { tables, thickness_nm: &thicknesses },
+            // The back of a metal is coated like its front.
+            is_reversed: !is_from_front && !is_metal_back,
+            exit: &spectra.media[usize::from(exit)],
+            rate: &spectra.rate,
+        };
+        let (mirrored_y, passed_y) = self.split_coating(simd, path, &sequence, cos_theta as f32, to, thinned, sums);
+        self.thicknesses = thicknesses;
+
+        let mirrored = goes_on(path, mirrored, to[0], mirror, within, None);
+        let passed = match &refracted {
+            Some(branch) => goes_on(path, passed, to[1], branch.direction, branch.within, None)
+                .map(|path| Path { band: branch.band, ..path }),
+            None => None,
+        };
+        let branches = [mirrored.map(|path| (path, mirrored_y)), passed.map(|path| (path, passed_y))];
+        self.follow(simd, path, branches, sums, choices)
+    }
+
+    /// The direction beyond a surface. `facing` is its normal on the side of the path.
+    #[inline(always)]
+    fn refract(
+        &self,
+        path: &Path,
+        facing: Vec3,
+        cos_theta: f64,
+        [outer, exit]: [&IndexTable; 2],
+        within: Within,
+        choices: &mut Choices,
+    ) -> Option<Refracted<'a>> {
+        let bands = &self.spectra.bands;
+        let ratio = |node: usize| outer.n_at(node) / exit.n_at(node);
+        let sine2 = (1.0 - cos_theta * cos_theta).max(0.0);
+        let cosine2 = |ratio: f64| 1.0 - ratio * ratio * sine2;
+        let (mut band, mut thinned) = (path.band, None);
+        let middle = ratio(bands.middle);
+        if band.is_none() {
+            // Indices are smooth: their ratio at the ends of the spectrum tells how far the directions spread.
+            let [first, last] = bands.ends.map(ratio);
+            let spread = (first - last).abs() * sine2.sqrt();
+            let least = cosine2(first).min(cosine2(last)).min(cosine2(middle));
+            if spread > 0.0 && (least <= 0.0 || spread > SAME_DIRECTION * least.sqrt()) {
+                let chosen = bands.choose(choices.pair().0);
+                band = Some(chosen as u8);
+                thinned = Some(bands.band(chosen));
+            }
+        }
+        let ratio = band.map_or(middle, |band| ratio(bands.band(usize::from(band)).middle));
+        let cosine2 = cosine2(ratio);
+        if cosine2 <= 0.0 {
+            return None;
+        }
+        let direction = (path.direction * ratio + facing * (ratio * cos_theta - cosine2.sqrt())).normalized();
+        Some(Refracted { direction, within, band, thinned })
+    }
+
+    /// Where both branches of a hit write their spectra; a second slot is taken where both go on.
+    #[inline(always)]
+    fn targets(
+        &mut self,
+        path: &Path,
+        (mirrored, mirror): (Fate, Vec3),
+        (passed, direction, scattered): (Fate, Vec3, Option<Scattered>),
+    ) -> [Target; 2] {
+        let both_go_on = matches!((mirrored, passed), (Fate::GoesOn(_), Fate::GoesOn(_)));
+        let other = if both_go_on {
+            let Some(slot) = self.free.pop() else { unreachable!("one slot a level") };
+            slot
+        } else {
+            path.slot
+        };
+        [self.target(mirrored, other, mirror, None), self.target(passed, path.slot, direction, scattered)]
+    }
+
+    /// Refers the path's Stokes vector to the plane of incidence of the film it meets.
+    #[inline(always)]
+    pub(super) fn turn_to_plane<S: Simd>(&mut self, simd: S, path: &mut Path) {
+        let across = path.hit.normal.cross(path.direction);
+        let sine2 = across.length_squared();
+        if sine2 < 1e-12 {
+            // Near the normal s and p are alike and every plane is as good: keep the one at hand.
+            return;
+        }
+        // Light travels against the path.
+        let p_axis = (-path.direction).cross(path.axis);
+        let along_p = across.dot(p_axis);
+        if path.in_plane && along_p * along_p < SAME_PLANE * SAME_PLANE * sine2 {
+            return;
+        }
+        let scale = 1.0 / sine2.sqrt();
+        let (cos, sin) = (across.dot(path.axis) * scale, along_p * scale);
+        path.axis = across * scale;
+        if path.is_natural {
+            // Natural light looks the same in every frame.
+            return;
+        }
+        let (cos2, sin2) = ((cos * cos - sin * sin) as f32, (2.0 * cos * sin) as f32);
+        let blocks = self.blocks;
+        let [s, p, u, v] = components(&mut self.arena, path.slot, blocks);
+        if path.in_plane {
+            u.fill(Lanes::ZERO);
+            v.fill(Lanes::ZERO);
+            path.in_plane = false;
+        }
+        for block in 0..blocks {
+            let (w_s, w_p, w_u) = (s[block].load(simd), p[block].load(simd), u[block].load(simd));
+            let (w_i, w_q) = ((w_s + w_p) * 0.5, (w_s - w_p) * 0.5);
+            let turned_q = w_q * cos2 + w_u * sin2;
+            s[block].store(w_i + turned_q);
+            p[block].store(w_i - turned_q);
+            u[block].store(w_u * cos2 - w_q * sin2);
+        }
+    }
+
+    /// A lossless film while all planes of incidence coincide. `to` tells where the mirrored and the passed branch go;
+    /// the luminance of both is given back.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "plain values of one hit; a struct of them passes through memory")]
+    fn split_plain<S: Simd>(
+        &mut self,
+        simd: S,
+        path: &Path,
+        film: usize,
+        cos_theta: f32,
+        thickness_nm: f32,
+        to: [Target; 2],
+        sums: &mut Sums<S>,
+    ) -> (f32, f32) {
+        let spectra = self.spectra;
+        let table = &spectra.films[film];
+        let zero = f32x16::splat(simd, 0.0);
+        let (mut mirrored_y, mut all_y) = (zero, zero);
+        let mut xyz = sums.0;
+        for block in 0..self.blocks {
+            let [r_s, r_p] = table.reflectance(simd, block, cos_theta, thickness_nm);
+            let s = self.arena[self.at(path.slot, 0, block)].load(simd);
+            let p = self.arena[self.at(path.slot, 1, block)].load(simd);
+            let (back_s, back_p) = (s * r_s, p * r_p);
+            xyz = self.put(simd, to[0], block, back_s, back_p, xyz);
+            xyz = self.put(simd, to[1], block, s - back_s, p - back_p, xyz);
+            let weight = spectra.importance[block].load(simd);
+            mirrored_y = weight.mul_add(back_s + back_p, mirrored_y);
+            all_y = weight.mul_add(s + p, all_y);
+        }
+        sums.0 = xyz;
+        let mirrored_y = mirrored_y.reduce_sum();
+        (mirrored_y, all_y.reduce_sum() - mirrored_y)
+    }
+
+    /// [`Tracer::split_plain`] for any film and any planes.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "plain values of one hit; a struct of them passes through memory")]
+    pub(super) fn split_film<S: Simd>(
+        &mut self,
+        simd: S,
+        path: &Path,
+        film: usize,
+        cos_theta: f32,
+        thickness_nm: f32,
+        to: [Target; 2],
+        sums: &mut Sums<S>,
+    ) -> (f32, f32) {
+        let table = &self.spectra.films[film];
+        let zero = f32x16::splat(simd, 0.0);
+        let mut luminance = [zero; 2];
+        let mut xyz = sums.0;
+        for block in 0..self.blocks {
+            let response = table.response(simd, block, cos_theta, thickness_nm);
+            (xyz, luminance) = self.split_block(simd, path, block, &response, to, None, xyz, luminance);
+        }
+        sums.0 = xyz;
+        (luminance[0].reduce_sum(), luminance[1].reduce_sum())
+    }
+
+    /// The same for a coated or bare surface.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "plain values of one hit; a struct of them passes through memory")]
+    fn split_coating<S: Simd>(
+        &mut self,
+        simd: S,
+        path: &Path,
+        sequence: &Sequence<'_>,
+        cos_theta: f32,
+        to: [Target; 2],
+        thinned: Option<&Band>,
+        sums: &mut Sums<S>,
+    ) -> (f32, f32) {
+        let zero = f32x16::splat(simd, 0.0);
+        let mut luminance = [zero; 2];
+        let mut xyz = sums.0;
+        for block in 0..self.blocks {
+            let response = sequence.response(simd, block, cos_theta);
+            (xyz, luminance) = self.split_block(simd, path, block, &response, to, thinned, xyz, luminance);
+        }
+        sums.0 = xyz;
+        (luminance[0].reduce_sum(), luminance[1].reduce_sum())
+    }
+
+    /// One block of nodes: sums and luminances go in and out by value.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "plain values of one hit; a struct of them passes through memory")]
+    fn split_block<S: Simd>(
+        &mut self,
+        simd: S,
+        path: &Path,
+        block: usize,
+        response: &Response<S>,
+        to: [Target; 2],
+        thinned: Option<&Band>,
+        mut xyz: [f32x16<S>; 3],
+        mut luminance: [f32x16<S>; 2],
+    ) -> ([f32x16<S>; 3], [f32x16<S>; 2]) {
+        let zero = f32x16::splat(simd, 0.0);
+        let mut w = Beam {
+            s: self.arena[self.at(path.slot, 0, block)].load(simd),
+            p: self.arena[self.at(path.slot, 1, block)].load(simd),
+            u: zero,
+            v: zero,
+        };
+        if !path.in_plane {
+            w.u = self.arena[self.at(path.slot, 2, block)].load(simd);
+            w.v = self.arena[self.at(path.slot, 3, block)].load(simd);
+        }
+        let matrices: [&Mueller<S>; 2] = [&response.reflect, &response.transmit];
+        for branch in 0..2 {
+            let mut out = matrices[branch].carry(&w);
+            if let (1, Some(band)) = (branch, thinned) {
+                // What the other bands would have found is made up for by the mean light.
+                let weight = band.weight[block].load(simd);
+                let before = out.s + out.p;
+                out = Beam { s: out.s * weight, p: out.p * weight, u: out.u * weight, v: out.v * weight };
+                if !matches!(to[1], Target::Lost) {
+                    xyz = self.add_mean(simd, block, before - (out.s + out.p), xyz);
+                }
+            }
+            xyz = self.put(simd, to[branch], block, out.s, out.p, xyz);
+            if let (Target::Slot(slot), false) = (to[branch], path.in_plane) {
+                let (u_at, v_at) = (self.at(slot, 2, block), self.at(slot, 3, block));
+                self.arena[u_at].store(out.u);
+                self.arena[v_at].store(out.v);
+            }
+            let weight = self.spectra.importance[block].load(simd);
+            luminance[branch] = weight.mul_add(out.s + out.p, luminance[branch]);
+        }
+        (xyz, luminance)
+    }
+}
+
+/// The branch as a path, if it goes on.
+#[inline(always)]
+fn goes_on(
+    path: &Path,
+    fate: Fate,
+    to: Target,
+    direction: Vec3,
+    within: Within,
+    scattered: Option<Scattered>,
+) -> Option<Path> {
+    match (fate, to) {
+        (Fate::GoesOn(hit), Target::Slot(slot)) => Some(Path { direction, hit, slot, within, scattered, ..*path }),
+        _ => None,
+    }
+}
+
+/// The four components of a slot.
+#[inline(always)]
+fn components(arena: &mut [Lanes], slot: usize, blocks: usize) -> [&mut [Lanes]; 4] {
+    let own = &mut arena[slot * 4 * blocks..(slot + 1) * 4 * blocks];
+    let (s, rest) = own.split_at_mut(blocks);
+    let (p, rest) = rest.split_at_mut(blocks);
+    let (u, v) = rest.split_at_mut(blocks);
+    [s, p, u, v]
+}
