@@ -228,7 +228,7 @@ def lens_gap(radius_mm: float, contact_gap_nm: float = 0.0) -> ThicknessModel:
     contact_gap_nm  the gap where it is narrowest, nm, finite, >= 0
     Returns         ThicknessModel
     Raises          ValueError naming the argument and the value
-    Source          Born & Wolf, Principles of Optics, 7th ed., sec. 7.5.2
+    Source          the geometry of a sphere on a plane
 
     >>> tenth_ring_mm = (10 * 589.3e-6 * 1000.0) ** 0.5
     >>> round(lens_gap(1000.0).at_radius(tenth_ring_mm) / (589.3 / 2), 4)

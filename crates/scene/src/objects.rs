@@ -143,5 +143,6 @@ fn cap(node: &Node, path: String) -> Result<(Shape, Node), SceneError> {
 
 /// Its direction at length 1; `Table::vector` refuses what has none.
 fn unit_vector(v: [f64; 3]) -> [f64; 3] {
-    scaled(v, 1.0 / length(v))
+    let length = length(v);
+    v.map(|x| x / length)
 }
