@@ -22,7 +22,7 @@ use crate::shape::dot;
 const WIDTH: usize = 1024;
 const HEIGHT: usize = 512;
 
-/// Coefficients of sky type 12, the clear sky of low turbidity (ISO 15469:2004, table 1).
+/// Coefficients of sky type 12, the clear sky of low turbidity (ISO 15469:2004 / CIE S 011:2003).
 const A: f64 = -1.0;
 const B: f64 = -0.32;
 const C: f64 = 10.0;
