@@ -10,16 +10,18 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
+import os
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
+from iridesce._thickness_map import ThicknessMap, array, file_name, number, refuse_where
 from iridesce.errors import ResourceError
 
-__all__ = ["ThicknessMap", "ThicknessModel", "gradient", "uniform"]
+__all__ = ["ThicknessMap", "ThicknessModel", "gradient", "lens_gap", "map", "uniform", "wedge"]
 
 _MAX_CELLS = 2**30
 
@@ -28,92 +30,13 @@ def __dir__() -> list[str]:
     return __all__
 
 
-class ThicknessMap:
-    """A grid of thicknesses; row 0 on top, values at the middles of the cells. Immutable.
-
-    thickness_nm  nm, finite, >= 0                                                     (height, width)
-    Raises        ValueError naming the value and its place: another shape, no cells, not finite, negative
-
-    It stands for its array wherever numpy or `iridesce.Layer` wants one.
-
-    >>> grid = ThicknessMap([[100.0, 200.0], [300.0, 400.0]])
-    >>> grid, grid.width, grid.height
-    (<iridesce.thickness.ThicknessMap 2 x 2, 100 to 400 nm>, 2, 2)
-    """
-
-    __slots__ = ("_core", "_thickness_nm")
-
-    def __init__(self, thickness_nm: ArrayLike) -> None:
-        values = _array("thickness_nm", thickness_nm)
-        if values.ndim != 2 or 0 in values.shape:
-            raise ValueError(f"thickness_nm must have the shape (height, width), both >= 1, got {values.shape}")
-        self._core = _core.ThicknessMap(np.ascontiguousarray(values))
-        self._thickness_nm: NDArray[np.float64] = values.copy()
-        self._thickness_nm.flags.writeable = False
-
-    @property
-    def thickness_nm(self) -> NDArray[np.float64]:
-        """The values, nm, float64, read-only, (height, width)."""
-        return self._thickness_nm
-
-    @property
-    def width(self) -> int:
-        """Number of columns."""
-        return int(self._thickness_nm.shape[1])
-
-    @property
-    def height(self) -> int:
-        """Number of rows."""
-        return int(self._thickness_nm.shape[0])
-
-    def sample(self, u: ArrayLike, v: ArrayLike) -> NDArray[np.float64] | float:
-        """Thickness between the cells: bilinear between their middles, the outermost values beyond them.
-
-        u        0 at the left edge, 1 at the right; finite                                (...,)
-        v        0 at the bottom edge, 1 on top; finite                                    (...,) broadcasts
-        Returns  nm, float64; a float for scalars                                          broadcast shape
-        Raises   ValueError where a coordinate is not finite, or shapes do not broadcast
-
-        >>> ThicknessMap([[100.0, 200.0], [300.0, 400.0]]).sample(0.5, [0.25, 0.5, 1.0])
-        array([350., 250., 150.])
-        """
-        across, up = _array("u", u), _array("v", v)
-        for name, values in (("u", across), ("v", up)):
-            _refuse_where(~np.isfinite(values), values, f"{name} must be finite")
-        try:
-            across, up = np.broadcast_arrays(across, up)
-        except ValueError:
-            raise ValueError(f"u and v must broadcast: shapes {across.shape} and {up.shape}") from None
-        flat = self._core.sample(np.ascontiguousarray(across).reshape(-1), np.ascontiguousarray(up).reshape(-1))
-        return float(flat[0]) if across.ndim == 0 else flat.reshape(across.shape)
-
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
-        if copy:
-            return np.array(self._thickness_nm, dtype=dtype)
-        return np.asarray(self._thickness_nm, dtype=dtype)
-
-    def __repr__(self) -> str:
-        least, most = float(self._thickness_nm.min()), float(self._thickness_nm.max())
-        return f"<iridesce.thickness.ThicknessMap {self.width} x {self.height}, {least:g} to {most:g} nm>"
-
-    def _repr_png_(self) -> bytes:
-        """What a notebook shows: false colours from the least thickness (dark) to the greatest."""
-        from iridesce import _notebook
-
-        return _notebook.map_png(self._thickness_nm)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, ThicknessMap) and np.array_equal(self._thickness_nm, other._thickness_nm)
-
-    def __hash__(self) -> int:
-        return hash((self._thickness_nm.shape, self._thickness_nm.tobytes()))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return (ThicknessMap, (self._thickness_nm,))
+# What each kind follows, and which method asks it; all follow anything where they are uniform.
+_METHODS = {"gradient": "at_height", "wedge": "at_point", "lens_gap": "at_radius", "map": "map"}
+_EXTENT_KINDS = ("wedge", "lens_gap")
 
 
 class ThicknessModel:
-    """A film's thickness as a function of relative height; make one with `uniform` or `gradient`. Immutable.
+    """A film's thickness as a function of place: `uniform`, `gradient`, `wedge`, `lens_gap` or `map` make one. Immutable.
 
     >>> gradient(0.0, 800.0)
     gradient(top=0.0, bottom=800.0, exponent=1.0)
@@ -121,41 +44,85 @@ class ThicknessModel:
 
     __slots__ = ("_core", "_kind", "_values")
 
-    def __init__(self, kind: str, values: dict[str, float]) -> None:
-        make: dict[str, Callable[..., _core.Thickness]] = {
-            "uniform": _core.Thickness.uniform,
-            "gradient": _core.Thickness.gradient,
-        }
-        if kind not in make:
-            raise ValueError(f'kind must be "uniform" or "gradient", got {kind!r:.60}')
+    def __init__(self, kind: str, values: Mapping[str, Any]) -> None:
+        if kind != "uniform" and kind not in _METHODS:
+            raise ValueError(f'kind must be one of "uniform", "gradient", "wedge", "lens_gap", "map", got {kind!r:.60}')
         self._kind = kind
-        self._values = {name: _number(name, value) for name, value in values.items()}
-        self._core = make[kind](**self._values)
+        self._values: dict[str, Any] = {name: _parameter(name, value) for name, value in values.items()}
+        # A map is read when it is asked: the scene that it is meant for may lie in another folder.
+        self._core = None if kind == "map" else getattr(_core.Thickness, kind)(**self._values)
 
     def at_height(self, s: ArrayLike) -> NDArray[np.float64] | float:
-        """Thickness at relative height.
+        """Thickness at relative height, of a gradient.
 
         s        height over the object's own bounding box, 0 at the bottom, 1 on top (clamped)    (...,)
         Returns  nm, float64; a float for a scalar                                                 shape of s
-        Raises   ValueError where `s` is not finite, with the place
+        Raises   ValueError where `s` is not finite, with the place; for a model that does not follow height
 
         >>> gradient(100.0, 900.0).at_height(0.25)
         700.0
         """
-        heights = _array("s", s)
-        _refuse_where(~np.isfinite(heights), heights, "s must be finite")
-        flat = self._core.at_height(np.ascontiguousarray(heights).reshape(-1))
-        return float(flat[0]) if heights.ndim == 0 else flat.reshape(heights.shape)
+        return self._evaluate("at_height", "s", s)
 
-    def map(self, width: int, height: int) -> ThicknessMap:
+    def at_point(self, points: ArrayLike) -> NDArray[np.float64] | float:
+        """Thickness at points of the scene, of a wedge.
+
+        points   x, y, z in scene units                                        (..., 3)
+        Returns  nm, float64; a float for one point                            (...,)
+        Raises   ValueError where a coordinate is not finite, with the place; for another last axis; for a model that
+                 does not follow points
+
+        >>> wedge((0.0, 0.0, 0.0), (4.0, 0.0, 0.0), 0.0, 800.0).at_point([[1.0, 5.0, 0.0], [9.0, 0.0, 0.0]])
+        array([200., 800.])
+        """
+        return self._evaluate("at_point", "points", points)
+
+    def at_radius(self, distance_mm: ArrayLike) -> NDArray[np.float64] | float:
+        """Thickness at a distance from the axis, of a gap under a lens.
+
+        distance_mm  mm, >= 0; beyond the lens's radius of curvature the value there            (...,)
+        Returns      nm, float64; a float for a scalar                                          shape of distance_mm
+        Raises       ValueError where a distance is negative or not finite, with the place; for a model that does not
+                     follow a distance
+
+        >>> round(lens_gap(1000.0).at_radius(10.0), 4)
+        50001.2501
+        """
+        return self._evaluate("at_radius", "distance_mm", distance_mm)
+
+    def _evaluate(self, method: str, name: str, values: ArrayLike) -> NDArray[np.float64] | float:
+        if self._kind not in ("uniform", *(kind for kind, own in _METHODS.items() if own == method)):
+            raise ValueError(f"a {self._kind} is not asked by {method}; use {_METHODS[self._kind]}")
+        places = array(name, values)
+        refuse_where(~np.isfinite(places), places, f"{name} must be finite")
+        if method == "at_radius":
+            refuse_where(places < 0.0, places, f"{name} must be >= 0")
+        shape = places.shape
+        if method == "at_point":
+            if places.ndim == 0 or shape[-1] != 3:
+                raise ValueError(f"{name} must have a last axis of 3 coordinates, got the shape {shape}")
+            shape = shape[:-1]
+            places = places.reshape(-1, 3)
+        else:
+            places = places.reshape(-1)
+        flat: NDArray[np.float64] = getattr(self._core, method)(np.ascontiguousarray(places))
+        return flat.reshape(shape) if shape else float(flat[0])
+
+    def map(self, width: int, height: int, extent: Sequence[float] | None = None) -> ThicknessMap:
         """The model on a grid, sampled at the middles of its cells, row 0 on top.
 
         width, height  cells, >= 1
+        extent         left, right, bottom, top of the grid, as matplotlib's ``imshow`` takes it; only a wedge and a gap
+                       under a lens need one. Wedge: x and y of the scene, at z = 0, in scene units. Gap: mm from where
+                       it is narrowest. A gradient fills the grid from bottom to top, a map from edge to edge
         Returns        ThicknessMap of shape (height, width)
-        Raises         ValueError for a size below 1; ResourceError for more than 2**30 cells
+        Raises         ValueError for a size below 1, an extent that is missing, not asked for or without an area, a map
+                       whose file cannot be used; ResourceError for more than 2**30 cells
 
         >>> gradient(100.0, 900.0).map(2, 4).thickness_nm[:, 0].tolist()
         [200.0, 400.0, 600.0, 800.0]
+        >>> lens_gap(1000.0).map(3, 1, extent=(-3.0, 3.0, -0.5, 0.5)).thickness_nm.round(2).tolist()
+        [[2000.0, 0.0, 2000.0]]
         """
         sides = {"width": width, "height": height}
         for name, value in sides.items():
@@ -167,7 +134,19 @@ class ThicknessModel:
                 raise ValueError(f"{name} must be a whole number >= 1, got {value!r:.60}")
         if sides["width"] * sides["height"] > _MAX_CELLS:
             raise ResourceError(f"a map has at most {_MAX_CELLS} cells, got {width} x {height}")
-        return ThicknessMap(self._core.map(**sides))
+        if extent is not None and self._kind not in _EXTENT_KINDS:
+            raise ValueError(f"extent is for a wedge or a gap under a lens; a {self._kind} spans the whole object")
+        ends = None
+        if extent is not None:
+            given = array("extent", extent)
+            if given.shape != (4,):
+                raise ValueError(f"extent must be left, right, bottom and top, got {extent!r:.60}")
+            ends = (float(given[0]), float(given[1]), float(given[2]), float(given[3]))
+        if self._core is not None:
+            return ThicknessMap(self._core.map(**sides, extent=ends))
+        u = (np.arange(sides["width"]) + 0.5) / sides["width"]
+        v = 1.0 - (np.arange(sides["height"]) + 0.5) / sides["height"]
+        return ThicknessMap(ThicknessMap.load(**self._values).sample(u[None, :], v[:, None]))
 
     def to_scene(self) -> float | dict[str, Any]:
         """The model as a scene writes it.
@@ -178,10 +157,17 @@ class ThicknessModel:
         >>> uniform(320.0).to_scene()
         320.0
         """
-        return self._values["thickness_nm"] if self._kind == "uniform" else {self._kind: dict(self._values)}
+        if self._kind == "uniform":
+            return float(self._values["thickness_nm"])
+        if self._kind == "map":
+            named = {"map": self._values["path"], "min_nm": self._values["min_nm"], "max_nm": self._values["max_nm"]}
+            return {name: value for name, value in named.items() if value is not None}
+        plain = {name: list(value) if isinstance(value, tuple) else value for name, value in self._values.items()}
+        return {self._kind: {name.removesuffix("_point"): value for name, value in plain.items()}}
 
     def __repr__(self) -> str:
-        return f"{self._kind}({', '.join(f'{name}={value}' for name, value in self._values.items())})"
+        given = {name: value for name, value in self._values.items() if value is not None}
+        return f"{self._kind}({', '.join(f'{name}={value!r}' for name, value in given.items())})"
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, ThicknessModel) and (self._kind, self._values) == (other._kind, other._values)
@@ -220,28 +206,73 @@ def gradient(top: float, bottom: float, exponent: float = 1.0) -> ThicknessModel
     return ThicknessModel("gradient", {"top": top, "bottom": bottom, "exponent": exponent})
 
 
-def _number(name: str, value: Any) -> float:
-    # float("3") and float(array([3])) would pass, but are slips.
-    try:
-        if isinstance(value, (str, bytes, bool)) or np.ndim(value) != 0:
-            raise TypeError
-        return float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{name} must be a number, got {value!r:.60}") from None
+def wedge(from_point: Sequence[float], to_point: Sequence[float], start_nm: float, end_nm: float) -> ThicknessModel:
+    """Linear between two points: ``start_nm + (end_nm - start_nm) s``, s = 0 at the one and 1 at the other.
+
+    s is the share of the way from `from_point` to `to_point`, along the line between them; it holds beyond both ends.
+
+    from_point, to_point  x, y, z in scene units, finite, two different points
+    start_nm, end_nm      nm at the two, finite, >= 0
+    Returns               ThicknessModel
+    Raises                ValueError naming the argument and the value
+
+    >>> wedge((-2.0, 0.0, 0.0), (2.0, 0.0, 0.0), 0.0, 800.0).at_point((0.5, 3.0, -1.0))
+    500.0
+    """
+    values = {"from_point": from_point, "to_point": to_point, "start_nm": start_nm, "end_nm": end_nm}
+    return ThicknessModel("wedge", values)
 
 
-def _array(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    try:
-        array = np.asarray(values)
-        if array.dtype.kind not in "fiu":
-            raise TypeError
-        return array.astype(np.float64, copy=False)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} must be real numbers, got {values!r:.60}") from None
+def lens_gap(radius_mm: float, contact_gap_nm: float = 0.0) -> ThicknessModel:
+    """The gap under a lens on a plate: ``contact_gap_nm + 1e6 (R - sqrt(R**2 - r**2))``, R and r in mm.
+
+    In a scene r is the distance from the object's centre, on a cap from its axis; the scene's unit is taken into account.
+    Under light of one wavelength it shows Newton's rings, dark at ``r**2 = m wavelength R``.
+
+    radius_mm       R, the lens's radius of curvature, mm, finite, > 0
+    contact_gap_nm  the gap where it is narrowest, nm, finite, >= 0
+    Returns         ThicknessModel
+    Raises          ValueError naming the argument and the value
+    Source          the geometry of a sphere on a plane
+
+    >>> tenth_ring_mm = (10 * 589.3e-6 * 1000.0) ** 0.5
+    >>> round(lens_gap(1000.0).at_radius(tenth_ring_mm) / (589.3 / 2), 4)
+    10.0
+    """
+    return ThicknessModel("lens_gap", {"radius_mm": radius_mm, "contact_gap_nm": contact_gap_nm})
 
 
-def _refuse_where(wrong: NDArray[np.bool_], values: NDArray[np.float64], rule: str) -> None:
-    """Names the first value that breaks a rule, and its place."""
-    if wrong.any():
-        at = tuple(int(i) for i in np.argwhere(wrong)[0])
-        raise ValueError(f"{rule}, got {values[at]}{f' at index {at}' if at else ''}")
+def map(path: str | os.PathLike[str], min_nm: float | None = None, max_nm: float | None = None) -> ThicknessModel:
+    """A map from a file, laid over an object by its u and v (``docs/conventions.md``).
+
+    path            OpenEXR, TIFF, PNG or NPY, as `ThicknessMap.load` reads them. In a scene it starts from the scene's
+                    folder; `ThicknessModel.map` looks for it from the current folder
+    min_nm, max_nm  nm that 0 and the largest number stand for, of files of whole numbers; none for files of floats
+    Returns         ThicknessModel; the file is read when the model is used
+    Raises          ValueError naming the argument and the value
+
+    >>> map("wings.png", min_nm=100.0, max_nm=600.0).to_scene()
+    {'map': 'wings.png', 'min_nm': 100.0, 'max_nm': 600.0}
+    """
+    return ThicknessModel("map", {"path": path, "min_nm": min_nm, "max_nm": max_nm})
+
+
+def _parameter(name: str, value: Any) -> Any:
+    """One parameter of a model, checked for its type: a number, three of them, or a path."""
+    if name == "path":
+        return file_name(value)
+    if name.endswith("_point"):
+        given = array(name, value)
+        if given.shape != (3,):
+            raise ValueError(f"{name} must be three numbers, x, y and z, got {value!r:.60}")
+        return tuple(float(x) for x in given)
+    if name in ("min_nm", "max_nm"):
+        return None if value is None else _thickness(name, value)
+    return number(name, value)
+
+
+def _thickness(name: str, value: Any) -> float:
+    nm = number(name, value)
+    if not 0.0 <= nm < float("inf"):
+        raise ValueError(f"{name} must be a finite thickness in nm, >= 0, got {nm!r}")
+    return nm

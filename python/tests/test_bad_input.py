@@ -432,6 +432,221 @@ def test_a_map_that_promises_too_much(folder):
         ir.render(with_map("huge.exr"))
 
 
+# --- shapes, surfaces and thickness models that cannot be
+
+NAN = math.nan
+DISK = {"disk": {"center": [0.0, 0.0, 0.0], "normal": [0.0, 1.0, 1.0], "radius": 1.0}}
+RECTANGLE = {"rectangle": {"center": [0.0, 0.0, 0.0], "u": [1.0, 0.0, 0.0], "v": [0.0, 1.0, 0.0]}}
+CAP = {"cap": {"center": [0.0, 0.0, 0.0], "axis": [0.0, 1.0, 0.0], "radius_of_curvature": 2.0, "aperture_radius": 1.0}}
+WEDGE = {"wedge": {"from": [0.0, 0.0, 0.0], "to": [1.0, 0.0, 0.0], "start_nm": 0.0, "end_nm": 500.0}}
+GAP = {"lens_gap": {"radius_mm": 1000.0, "contact_gap_nm": 0.0}}
+COATING = {"coating": {"layers": [{"medium": 1.5, "thickness_nm": 100.0}], "substrate": 2.0}}
+
+
+def scene_of(shape, surface):
+    tree = copy.deepcopy(GOOD)
+    tree["object"][0]["shape"], tree["object"][0]["surface"] = copy.deepcopy(shape), copy.deepcopy(surface)
+    return tree
+
+
+def filmed(thickness_nm):
+    return {"film": {"medium": 1.33, "thickness_nm": thickness_nm}}
+
+
+@pytest.mark.parametrize("shape", [DISK, RECTANGLE, CAP, {"plane": {}}])
+def test_the_good_shapes_are_good(shape):
+    ir.Scene.load(scene_of(shape, COATING))
+    for thickness_nm in (WEDGE, 5.0) if "plane" in shape else (WEDGE, 5.0, GAP):
+        ir.Scene.load(scene_of(shape, filmed(thickness_nm)))
+
+
+BAD_SHAPES = [
+    *((DISK, ("normal",), bad) for bad in ([0, 0, 0], [NAN, 0, 1], [0, 1], "up", [1e10, 0, 0], [0, 0, 1e-300])),
+    *((DISK, ("radius",), bad) for bad in (0.0, -1.0, NAN, math.inf, "1")),
+    *((RECTANGLE, ("u",), bad) for bad in ([0, 0, 0], [math.inf, 0, 0], [0, 0, 1e-12], [])),
+    *((RECTANGLE, ("v",), bad) for bad in ([0, 0, 0], [2, 0, 0], [-1, 0, 1e-9], [1, 2, 3, 4])),
+    *((CAP, ("axis",), bad) for bad in ([0, 0, 0], [NAN, NAN, NAN])),
+    *((CAP, ("radius_of_curvature",), bad) for bad in (0.0, NAN, math.inf, -math.inf, 1e-12)),
+    *((CAP, ("aperture_radius",), bad) for bad in (0.0, -1.0, 2.1, NAN, math.inf)),
+    *(({"plane": {"point": [0, 0, 0], "normal": [0, 1, 0]}}, ("normal",), bad) for bad in ([0, 0, 0], None, 3.0)),
+]
+
+
+@pytest.mark.parametrize(("shape", "path", "bad"), BAD_SHAPES, ids=str)
+def test_bad_shapes(shape, path, bad):
+    tree = scene_of(shape, filmed(5.0))
+    kind = next(iter(shape))
+    tree["object"][0]["shape"][kind][path[0]] = bad
+    with pytest.raises(ir.SceneError) as caught:
+        ir.render(tree)
+    assert caught.value.key == f"object.bubble.shape.{kind}.{path[0]}"
+
+
+BAD_MODELS = [
+    *((WEDGE, "from", bad) for bad in ([NAN, 0, 0], [1], None, 1e10)),
+    *((WEDGE, "to", bad) for bad in ([0, 0, 0], [math.inf, 0, 0], "there")),
+    *((WEDGE, "start_nm", bad) for bad in (NAN, -1.0, math.inf, 1.1e7, "0")),
+    *((WEDGE, "end_nm", bad) for bad in (NAN, -1.0, math.inf, 1.1e7, [5.0])),
+    *((GAP, "radius_mm", bad) for bad in (NAN, -1.0, 0.0, math.inf, 1e-10, 1e13)),
+    *((GAP, "contact_gap_nm", bad) for bad in (NAN, -1.0, math.inf, 1.1e7)),
+]
+
+
+@pytest.mark.parametrize(("model", "key", "bad"), BAD_MODELS, ids=str)
+def test_bad_thickness_models(model, key, bad):
+    tree = scene_of(DISK, filmed(model))
+    kind = next(iter(model))
+    tree["object"][0]["surface"]["film"]["thickness_nm"][kind][key] = bad
+    with pytest.raises(ir.SceneError) as caught:
+        ir.render(tree)
+    assert caught.value.key == f"object.bubble.surface.film.thickness_nm.{kind}.{key}"
+
+
+@pytest.mark.parametrize(
+    ("shape", "model", "said"),
+    [
+        ({"plane": {}}, {"gradient": {"top": 0.0, "bottom": 5.0}}, "no lowest and no highest point"),
+        ({"disk": {"normal": [0.0, -2.0, 0.0]}}, {"gradient": {"top": 0.0, "bottom": 5.0}}, "no height"),
+        ({"rectangle": {"u": [1, 0, 0], "v": [0, 1e-12, 1]}}, {"gradient": {"top": 0.0, "bottom": 5.0}}, "no height"),
+        ({"plane": {}}, GAP, "wider than any lens"),
+        (DISK, {"lens_gap": {"radius_mm": 9.99}}, "reaches 10.0 mm from its middle"),
+        ({"disk": {"radius": 30.0}}, GAP, "at most 1e7 all over the shape"),
+        (DISK, WEDGE | GAP, "got both wedge and lens_gap"),
+        (DISK, {"gradient": {"top": 0.0, "bottom": 5.0}, "max_nm": 5.0}, "goes with a map"),
+        (DISK, {}, "needs one of"),
+        (DISK, {"wegde": {}}, 'did you mean "wedge"'),
+    ],
+)
+def test_models_that_do_not_fit_their_shape(shape, model, said):
+    for surface, place in (
+        (filmed(model), "film.thickness_nm"),
+        ({"coating": {"layers": [{"medium": 1.5, "thickness_nm": model}], "substrate": 2.0}}, "coating.layers.0"),
+    ):
+        with pytest.raises(ir.SceneError, match=said) as caught:
+            ir.render(scene_of(shape, surface))
+        assert f"surface.{place}" in (caught.value.key or "")
+
+
+@pytest.mark.parametrize(
+    ("surface", "key"),
+    [
+        ({"coating": {}}, "coating.substrate"),
+        ({"coating": {"substrate": -1.5}}, "coating.substrate"),
+        ({"coating": {"substrate": 1.5, "layers": 5}}, "coating.layers"),
+        ({"coating": {"substrate": 1.5, "layers": [None]}}, "coating.layers.0"),
+        ({"coating": {"substrate": 1.5, "layers": [{"medium": 1.5}]}}, "coating.layers.0.thickness_nm"),
+        ({"coating": {"substrate": 1.5, "layers": [{"thickness_nm": 5}]}}, "coating.layers.0.medium"),
+        ({"coating": {"substrate": 1.5, "layers": [{"medium": 1.5, "thickness_nm": NAN}]}}, "layers.0.thickness_nm"),
+        ({"coating": {"substrate": 1.5, "layers": [{"medium": 1.5, "thickness_nm": 1.0}] * 1001}}, "coating.layers"),
+        ({"coating": {"substrate": 1.5, "layers": [{"medium": 1.5, "thickness_nm": 6e6}] * 2}}, "coating.layers"),
+        ({"dielectric": {"medium": "unobtainium"}}, "dielectric.medium"),
+        ({"dielectric": {"medium": 0.0}}, "dielectric.medium"),
+        ({"metal": {"medium": [0.1, -3.0]}}, "metal.medium"),
+        ({"metal": 3}, "metal"),
+        ({"diffuse": {"reflectance": -0.1}}, "diffuse.reflectance"),
+        ({"diffuse": {"reflectance": 1.0000001}}, "diffuse.reflectance"),
+        ({"diffuse": {"reflectance": NAN}}, "diffuse.reflectance"),
+        ({"diffuse": {"reflectance": [0.1, 0.2]}}, "diffuse.reflectance"),
+        ({"diffuse": {"reflectance": [0.1, 0.2, "red"]}}, "diffuse.reflectance"),
+        ({"diffuse": {"reflectance": None}}, "diffuse.reflectance"),
+        ({"emitter": {"illuminant": "moon"}}, "emitter.illuminant"),
+        ({"emitter": {"illuminant": "missing.csv"}}, "emitter.illuminant"),
+        ({"emitter": {"illuminant": 6500}}, "emitter.illuminant"),
+        ({"emitter": {"radiance": math.inf}}, "emitter.radiance"),
+        ({"emitter": {"radiance": -1.0}}, "emitter.radiance"),
+        ({"film": {}, "metal": {}}, "surface"),
+    ],
+    ids=str,
+)
+def test_bad_surfaces(surface, key):
+    with pytest.raises(ir.SceneError) as caught:
+        ir.render(scene_of({"sphere": {}}, surface))
+    assert key in (caught.value.key or "")
+
+
+@pytest.mark.parametrize(
+    ("key", "bad"),
+    [("aperture_radius", bad) for bad in (-0.1, NAN, math.inf, 1e-12, "wide")]
+    + [("focus_distance", bad) for bad in (0.0, -1.0, NAN, math.inf, None)],
+)
+def test_bad_lenses(key, bad):
+    with pytest.raises(ir.SceneError) as caught:
+        ir.render(changed(("camera", key), bad))
+    assert caught.value.key == f"camera.{key}"
+
+
+# --- thickness maps
+
+
+def with_thickness(name, **ends):
+    return scene_of({"sphere": {}}, filmed({"map": name, **ends}))
+
+
+def test_bad_thickness_maps(folder, iridesce: Run):
+    np.save(folder / "good.npy", np.full((4, 4), 300.0))
+    np.save(folder / "whole.npy", np.full((4, 4), 30, dtype=np.uint8))
+    assert ir.render(with_thickness("good.npy")).xyz.shape == (6, 8, 3)
+    key = "object.bubble.surface.film.thickness_nm"
+    (folder / "empty.npy").write_bytes(b"")
+    (folder / "folder.npy").mkdir()
+    np.save(folder / "thick.npy", np.full((4, 4), 2e7))
+    np.save(folder / "nan.npy", np.full((4, 4), NAN))
+    for name, ends, said, at in [
+        ("missing.npy", {}, "no such file", "map"),
+        ("empty.npy", {}, "it is empty", "map"),
+        ("folder.npy", {}, "it is a folder", "map"),
+        ("nan.npy", {}, "it holds NaN at row 0, column 0", "map"),
+        ("good.exr\0", {}, "cannot open", "map"),
+        (3, {}, "must be a text", "map"),
+        ("good.npy", {"min_nm": 0.0}, "must be left out", "min_nm"),
+        ("good.npy", {"max_nm": 0.0}, "must be left out", "max_nm"),
+        ("whole.npy", {}, "is needed", "min_nm"),
+        ("whole.npy", {"min_nm": 0.0}, "is needed", "max_nm"),
+        ("whole.npy", {"min_nm": -1.0, "max_nm": 1.0}, "from 0 to 1e7", "min_nm"),
+        ("whole.npy", {"min_nm": 0.0, "max_nm": NAN}, "from 0 to 1e7", "max_nm"),
+        ("whole.npy", {"min_nm": 2.0, "max_nm": 1.0}, "must be at least min_nm", "max_nm"),
+    ]:
+        with pytest.raises(ir.SceneError, match=said) as caught:
+            ir.render(with_thickness(name, **ends))
+        assert caught.value.key == f"{key}.{at}", (name, ends)
+    with pytest.raises(ir.SceneError, match="at most 1e7"):
+        ir.render(with_thickness("thick.npy"))
+    text = TOML.replace("thickness_nm = 300.0", 'thickness_nm = { map = "nan.npy" }')
+    (folder / "scene.toml").write_text(text)
+    finished = iridesce("render", "scene.toml", cwd=folder)
+    assert finished.returncode == 3
+    assert "scene.toml:11" in finished.stderr
+
+
+def test_damaged_thickness_maps(folder):
+    """Random bytes changed, or the end cut off: an error or a map of thicknesses, never a crash."""
+    rng = np.random.default_rng(8)
+    grid = ir.thickness.ThicknessMap(rng.uniform(0.0, 900.0, (8, 8)))
+    for name in ("film.tif", "film.exr", "film.npy"):
+        grid.save(folder / name)
+        whole = (folder / name).read_bytes()
+        refused = 0
+        for turn in range(200):
+            bad = bytearray(whole[: rng.integers(0, len(whole))] if turn % 4 == 0 else whole)
+            for place in rng.integers(0, max(len(bad), 1), size=3):
+                bad[place : place + 1] = rng.bytes(1)
+            (folder / name).write_bytes(bytes(bad))
+            try:
+                found = ir.thickness.ThicknessMap.load(folder / name).thickness_nm
+            except ValueError:
+                refused += 1
+            else:
+                assert np.isfinite(found).all() and (found >= 0.0).all()
+        assert 20 < refused < 200, name
+
+
+def test_a_thickness_map_that_promises_too_much(folder):
+    header = b"{'descr': '<f4', 'fortran_order': False, 'shape': (2147483647, 2147483647), }"
+    (folder / "huge.npy").write_bytes(b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header)
+    with pytest.raises(ValueError, match="at most 134217728"):
+        ir.thickness.ThicknessMap.load(folder / "huge.npy")
+
+
 @pytest.mark.parametrize(
     "content",
     [b"", b"\xff\xfe\x00", b"version = ", b"version = 1\nversion = 1\n", b"[[[[", TOML[:200].encode(), bytes(1000)],

@@ -398,3 +398,154 @@ def test_the_studio_is_made_at_once_and_is_light():
     # D65 grey or close to it: no panel is coloured beyond the reach of a lamp's tint.
     xy = behind.xyz[..., :2] / behind.xyz.sum(axis=-1, keepdims=True)
     assert np.abs(xy - [0.3127, 0.3290]).max() < 0.03
+
+
+# --- every shape, surface and thickness model
+
+BROAD = copy.deepcopy(FULL)
+BROAD["camera"] |= {"aperture_radius": 0.1, "focus_distance": 12.0}
+BROAD["object"] = [
+    {
+        "name": "plate",
+        "shape": {"rectangle": {"center": [0.0, 1.0, 0.0], "u": [2.0, 0.0, 0.0], "v": [0.5, 1.0, 0.0]}},
+        "surface": {
+            "coating": {
+                "layers": [
+                    {
+                        "medium": "TiO2-siefke",
+                        "thickness_nm": {"gradient": {"top": 1.0, "bottom": 9.0, "exponent": 1.0}},
+                    },
+                    {"medium": [1.46, 0.0], "thickness_nm": 90.0},
+                ],
+                "substrate": "N-BK7",
+            }
+        },
+    },
+    {
+        "name": "gap",
+        "shape": {"disk": {"center": [0.0, 0.0, 0.0], "normal": [0.0, 3.0, 4.0], "radius": 2.0}},
+        "surface": {
+            "film": {
+                "medium": "air",
+                "thickness_nm": {"lens_gap": {"radius_mm": 500.0, "contact_gap_nm": 3.0}},
+                "outside": "N-BK7",
+            }
+        },
+    },
+    {
+        "name": "slick",
+        "shape": {"plane": {"point": [0.0, -3.0, 0.0], "normal": [0.0, 1.0, 0.0]}},
+        "surface": {
+            "film": {
+                "medium": "soap",
+                "thickness_nm": {
+                    "wedge": {"from": [0.0, 0.0, 0.0], "to": [1.0, 0.0, 2.0], "start_nm": 5.0, "end_nm": 400.0}
+                },
+                "outside": "air",
+            }
+        },
+    },
+    {
+        "name": "dome",
+        "shape": {
+            "cap": {
+                "center": [0.0, 0.0, 0.0],
+                "axis": [0.0, 1.0, 0.0],
+                "radius_of_curvature": -4.0,
+                "aperture_radius": 2.0,
+            }
+        },
+        "surface": {"dielectric": {"medium": 1.5}},
+    },
+    {
+        "name": "ball",
+        "shape": {"sphere": {"center": [9.0, 0.0, 0.0], "radius": 1.0}},
+        "surface": {"metal": {"medium": "Au"}},
+    },
+    {
+        "name": "wall",
+        "shape": {"disk": {"center": [0.0, 0.0, -9.0], "normal": [0.0, 0.0, 1.0], "radius": 5.0}},
+        "surface": {"diffuse": {"reflectance": [0.5, 0.25, 1.0]}},
+    },
+    {
+        "name": "lamp",
+        "shape": {"disk": {"center": [0.0, 9.0, 0.0], "normal": [0.0, -1.0, 0.0], "radius": 1.0}},
+        "surface": {"emitter": {"illuminant": "FL2", "radiance": 5.0}},
+    },
+]
+BROAD["light"] = [{"environment": {"builtin": "sky", "rotation_deg": 12.5, "radiance": 2.0}}]
+
+
+def test_every_shape_and_surface_comes_back_as_it_was():
+    scene = ir.Scene.load(BROAD)
+    assert scene.to_dict() == BROAD
+    assert json.loads(scene.to_json()) == BROAD
+    assert pickle.loads(pickle.dumps(scene)) == scene
+
+
+def test_check_writes_a_file_that_means_the_same(tmp_path):
+    scene = ir.Scene.load(BROAD)
+    (tmp_path / "again.toml").write_text(scene.check())
+    assert ir.Scene.load(tmp_path / "again.toml").to_dict() == BROAD
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("object.plate.shape.rectangle.u", [3.0, 0.0, 0.0]),
+        ("object.plate.surface.coating.layers.0.thickness_nm.gradient.top", 2.0),
+        ("object.plate.surface.coating.layers.1.thickness_nm", 100.0),
+        ("object.plate.surface.coating.layers.1.medium", "MgF2"),
+        ("object.plate.surface.coating.substrate", "N-BK7"),
+        ("object.gap.surface.film.thickness_nm.lens_gap.radius_mm", 750.0),
+        ("object.slick.surface.film.thickness_nm.wedge.from.1", 0.5),
+        ("object.dome.shape.cap.radius_of_curvature", 4.0),
+        ("object.wall.surface.diffuse.reflectance", 0.5),
+        ("object.wall.surface.diffuse.reflectance.2", 0.5),
+        ("object.lamp.surface.emitter.illuminant", "A"),
+        ("camera.aperture_radius", 0.5),
+    ],
+)
+def test_values_inside_are_set_by_path(path, value):
+    changed = ir.Scene.load(BROAD).with_value(path, value).to_dict()
+    node = changed
+    for key in path.split("."):
+        names = (
+            [item["name"] for item in node if isinstance(item, dict) and "name" in item]
+            if isinstance(node, list)
+            else []
+        )
+        node = node[names.index(key) if key in names else int(key)] if isinstance(node, list) else node[key]
+    assert node == value
+    assert ir.Scene.load(changed).to_dict() == changed
+
+
+def test_the_medium_around_a_film_must_be_somewhere():
+    with pytest.raises(
+        ir.SceneError, match=r"must be the medium that the film lies in, here air \(n = 1\), got \"N-BK7\""
+    ):
+        ir.Scene.load(BROAD).with_value("object.plate.surface.coating.substrate", "Si").with_value(
+            "object.dome.surface.dielectric.medium", 1.6
+        )
+
+
+def test_thickness_maps_lie_beside_the_scene(tmp_path):
+    inside = tmp_path / "scene"
+    (inside / "maps").mkdir(parents=True)
+    for file in (tmp_path / "film.npy", inside / "maps" / "film.npy"):
+        ir.thickness.uniform(150.0).map(2, 2).save(file)
+    film = {"medium": "soap", "thickness_nm": {"map": "maps/film.npy"}}
+    tree = {**LEAST, "object": [{"surface": {"film": film}}]}
+    file = inside / "scene.json"
+    file.write_text(json.dumps(tree))
+    scene = ir.Scene.load(file)
+    (inside / "maps" / "film.npy").write_bytes(b"no longer a map")
+    again = scene.with_value("render.samples", 2)
+    assert again.to_dict()["object"][0]["surface"]["film"]["thickness_nm"] == {"map": "maps/film.npy"}
+    ir.thickness.uniform(150.0).map(2, 2).save(inside / "maps" / "film.npy")
+    film["thickness_nm"]["map"] = "../film.npy"
+    file.write_text(json.dumps(tree))
+    with pytest.raises(ir.SceneError, match="lies outside the scene's folder") as caught:
+        ir.Scene.load(file)
+    assert caught.value.key == "object.bubble.surface.film.thickness_nm.map"
+    ir.Scene.load(file, allow_outside=True)

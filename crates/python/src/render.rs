@@ -265,6 +265,12 @@ fn check_output(path: PathBuf) -> PyResult<()> {
     image::check_output(Path::new(&path)).map_err(image_error)
 }
 
+/// Writes a file, whole or not at all.
+#[pyfunction]
+fn write_file(py: Python<'_>, path: PathBuf, bytes: &[u8]) -> PyResult<()> {
+    py.detach(|| image::write_bytes(Path::new(&path), bytes)).map_err(image_error)
+}
+
 /// Adds this stage's names to `_core`.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("SIMD_LEVEL", simd_level())?;
@@ -275,5 +281,6 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(save_png, module)?)?;
     module.add_function(wrap_pyfunction!(png_bytes, module)?)?;
     module.add_function(wrap_pyfunction!(save_exr, module)?)?;
-    module.add_function(wrap_pyfunction!(check_output, module)?)
+    module.add_function(wrap_pyfunction!(check_output, module)?)?;
+    module.add_function(wrap_pyfunction!(write_file, module)?)
 }

@@ -5,6 +5,7 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use crate::error::SceneError;
+use crate::grid::{self, Grid, MAX_GRID_BYTES};
 use crate::map::decode;
 use crate::model::{EnvironmentMap, Origin};
 use crate::tree::quoted;
@@ -17,20 +18,47 @@ const MAX_MAP_BYTES: u64 = 4 << 30;
 
 /// The maps that a scene has read, so that changing one of its values does not read them again.
 #[derive(Debug, Clone, Default)]
-pub struct Maps(Vec<(PathBuf, Arc<EnvironmentMap>)>);
+pub struct Maps {
+    environments: Vec<(PathBuf, Arc<EnvironmentMap>)>,
+    thicknesses: Vec<(PathBuf, Grid)>,
+}
 
 impl Maps {
-    /// The map in the file at `path`, which the scene calls `name`.
-    pub fn read(&mut self, path: &Path, name: &str) -> Result<Arc<EnvironmentMap>, SceneError> {
-        if let Some((_, map)) = self.0.iter().find(|(known, _)| known == path) {
-            return Ok(map.clone());
-        }
-        let wrong =
-            |why: String| SceneError::new(format!("{} cannot be used as an environment map: {why}", quoted(name)));
-        let map = Arc::new(decode(&read_whole(path, MAX_MAP_BYTES).map_err(wrong)?).map_err(wrong)?);
-        self.0.push((path.to_path_buf(), map.clone()));
-        Ok(map)
+    /// The environment map in the file at `path`, which the scene calls `name`.
+    pub fn environment(&mut self, path: &Path, name: &str) -> Result<Arc<EnvironmentMap>, SceneError> {
+        read_once(&mut self.environments, path, || {
+            read_whole(path, MAX_MAP_BYTES)
+                .and_then(|bytes| decode(&bytes).map(Arc::new))
+                .map_err(|why| cannot_be_used(name, "an environment map", &why))
+        })
     }
+
+    /// The thickness map in the file at `path`, which the scene calls `name`.
+    pub fn thickness(&mut self, path: &Path, name: &str) -> Result<Grid, SceneError> {
+        read_once(&mut self.thicknesses, path, || {
+            read_whole(path, MAX_GRID_BYTES)
+                .and_then(|bytes| grid::decode(&bytes))
+                .map_err(|why| cannot_be_used(name, "a thickness map", &why))
+        })
+    }
+}
+
+/// What is known of a file, or what `read` finds there.
+fn read_once<T: Clone>(
+    known: &mut Vec<(PathBuf, T)>,
+    path: &Path,
+    read: impl FnOnce() -> Result<T, SceneError>,
+) -> Result<T, SceneError> {
+    if let Some((_, value)) = known.iter().find(|(known, _)| known == path) {
+        return Ok(value.clone());
+    }
+    let value = read()?;
+    known.push((path.to_path_buf(), value.clone()));
+    Ok(value)
+}
+
+fn cannot_be_used(name: &str, what: &str, why: &str) -> SceneError {
+    SceneError::new(format!("{} cannot be used as {what}: {why}", quoted(name)))
 }
 
 impl Origin {

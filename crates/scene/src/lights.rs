@@ -1,4 +1,4 @@
-//! Lights: environments from maps, illuminants and the built-in studio.
+//! Lights: environments from maps, illuminants, the built-in studio and sky.
 
 use iridesce_optics::color::{Illuminant, illuminant_names};
 
@@ -7,6 +7,7 @@ use crate::error::SceneError;
 use crate::files::{MAX_RADIANCE, Maps, read_whole};
 use crate::model::{Environment, EnvironmentSource, Light, Origin};
 use crate::reader::{Table, suggestion};
+use crate::sky::sky;
 use crate::studio::studio;
 use crate::tree::{Node, quoted};
 
@@ -30,7 +31,7 @@ fn environment(node: &Node, path: &str, origin: &Origin, maps: &mut Maps) -> Res
     let rotation_deg = table.number("rotation_deg", defaults::ROTATION_DEG, "a finite angle in degrees", |_| true)?;
     let radiance = radiance(&table)?;
     let source = match kind {
-        "map" => origin.resolve(name).and_then(|path| maps.read(&path, name)).map(EnvironmentSource::Map),
+        "map" => origin.resolve(name).and_then(|path| maps.environment(&path, name)).map(EnvironmentSource::Map),
         "illuminant" => illuminant(name, origin).map(EnvironmentSource::Uniform),
         _ => builtin(name),
     }
@@ -54,8 +55,14 @@ pub fn radiance(table: &Table<'_>) -> Result<f64, SceneError> {
 fn builtin(name: &str) -> Result<EnvironmentSource, SceneError> {
     match name {
         "studio" => Ok(EnvironmentSource::Map(studio())),
-        "sky" => Err(SceneError::new("the environment \"sky\" is not available in this version; available: studio")),
-        _ => Err(SceneError::new(format!("no built-in environment {}{}", quoted(name), suggestion(name, &["studio"])))),
+        "sky" => {
+            let (map, sun) = sky().map_err(|e| SceneError::new(e.to_string()))?;
+            Ok(EnvironmentSource::Sky(map, sun))
+        }
+        _ => {
+            let near = suggestion(name, &["studio", "sky"]);
+            Err(SceneError::new(format!("no built-in environment {}{near}", quoted(name))))
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, ReadChannels, ReadLayers};
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, Layer, ReadChannels, ReadLayers};
 
 use crate::files::MAX_RADIANCE;
 use crate::model::EnvironmentMap;
@@ -58,7 +58,8 @@ fn check_values(map: &EnvironmentMap) -> Result<(), String> {
     Ok(())
 }
 
-fn check_size(width: usize, height: usize, channels: usize) -> Result<(), String> {
+/// Whether a decoder may go on to read that many pixels.
+pub fn check_size(width: usize, height: usize, channels: usize) -> Result<(), String> {
     if width == 0 || height == 0 {
         return Err("it has no pixels".into());
     }
@@ -74,7 +75,8 @@ fn check_size(width: usize, height: usize, channels: usize) -> Result<(), String
     Ok(())
 }
 
-fn read_exr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
+/// The first valid layer of an OpenEXR file, checked to be a whole picture of a size that can be read.
+pub fn open_exr(bytes: &[u8]) -> Result<Image<Layer<AnyChannels<FlatSamples>>>, String> {
     let damaged = |error: exr::error::Error| format!("damaged or unsupported OpenEXR ({error})");
     // The header first: a damaged size must not reserve memory.
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
@@ -90,6 +92,21 @@ fn read_exr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
         .map_err(damaged)?;
+    let layer = &image.layer_data;
+    let (width, height) = (layer.size.x(), layer.size.y());
+    let whole = image.attributes.display_window;
+    if (whole.size, whole.position) != (layer.size, layer.attributes.layer_position) {
+        return Err(format!(
+            "only {width} x {height} of its {} x {} pixels are stored, or others beyond them; save it whole",
+            whole.size.x(),
+            whole.size.y()
+        ));
+    }
+    Ok(image)
+}
+
+fn read_exr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
+    let image = open_exr(bytes)?;
     if let Some(given) = image.attributes.chromaticities {
         let given = [given.red, given.green, given.blue, given.white].map(|v| [v.x(), v.y()]);
         let differs = |(a, b): (&f32, &f32)| (a - b).is_nan() || (a - b).abs() > CHROMATICITY_SLACK;
@@ -101,14 +118,6 @@ fn read_exr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
     }
     let layer = image.layer_data;
     let (width, height) = (layer.size.x(), layer.size.y());
-    let whole = image.attributes.display_window;
-    if (whole.size, whole.position) != (layer.size, layer.attributes.layer_position) {
-        return Err(format!(
-            "only {width} x {height} of its {} x {} pixels are stored, or others beyond them; save it whole",
-            whole.size.x(),
-            whole.size.y()
-        ));
-    }
     let planes = rgb_planes(&layer.channel_data)?.map(|channel| channel.sample_data.values_as_f32());
     let [red, green, blue] = planes;
     let rgb: Vec<f32> = red.zip(green).zip(blue).flat_map(|((r, g), b)| [r, g, b]).collect();

@@ -2,6 +2,7 @@
 
 use crate::defaults;
 use crate::error::SceneError;
+use crate::files::Maps;
 use crate::model::{Object, Origin, Shape, Unit};
 use crate::reader::Table;
 use crate::shape::{cross, length, scaled};
@@ -17,10 +18,12 @@ pub struct Context<'a> {
     pub unit: Unit,
     /// What paths are relative to.
     pub origin: &'a Origin,
+    /// Files that are read already.
+    pub maps: &'a mut Maps,
 }
 
 /// The object at `number`, and its tree with every default.
-pub fn object(node: &Node, number: usize, context: &Context<'_>) -> Result<(Object, Node), SceneError> {
+pub fn object(node: &Node, number: usize, context: &mut Context<'_>) -> Result<(Object, Node), SceneError> {
     // The name first, so that every later complaint can use it.
     let name = match node.get("name") {
         None => defaults::name(number),
@@ -140,5 +143,6 @@ fn cap(node: &Node, path: String) -> Result<(Shape, Node), SceneError> {
 
 /// Its direction at length 1; `Table::vector` refuses what has none.
 fn unit_vector(v: [f64; 3]) -> [f64; 3] {
-    scaled(v, 1.0 / length(v))
+    let length = length(v);
+    v.map(|x| x / length)
 }

@@ -14,7 +14,12 @@ use crate::tree::{Node, Value};
 const MAX_LAYERS: usize = 1000;
 
 /// A surface on a shape, and its tree with every default.
-pub fn surface(node: &Node, path: &str, shape: &Shape, context: &Context<'_>) -> Result<(Surface, Node), SceneError> {
+pub fn surface(
+    node: &Node,
+    path: &str,
+    shape: &Shape,
+    context: &mut Context<'_>,
+) -> Result<(Surface, Node), SceneError> {
     const KINDS: [&str; 6] = ["film", "coating", "dielectric", "metal", "diffuse", "emitter"];
     let table = Table::new(node, path, &KINDS, &[])?;
     let (kind, inner) = table.one_of(&KINDS)?;
@@ -36,7 +41,7 @@ pub fn surface(node: &Node, path: &str, shape: &Shape, context: &Context<'_>) ->
     Ok((surface, Node::table([(kind, tree)])))
 }
 
-fn film(node: &Node, path: String, shape: &Shape, context: &Context<'_>) -> Result<(Surface, Node), SceneError> {
+fn film(node: &Node, path: String, shape: &Shape, context: &mut Context<'_>) -> Result<(Surface, Node), SceneError> {
     let table = Table::new(node, path, &["medium", "thickness_nm", "outside"], &[])?;
     let (medium, medium_tree) = medium_or(&table, "medium", defaults::MEDIUM)?;
     let (thickness, thickness_tree) = field(&table, shape, context)?;
@@ -47,7 +52,7 @@ fn film(node: &Node, path: String, shape: &Shape, context: &Context<'_>) -> Resu
 }
 
 /// What stands under `thickness_nm`, laid over the shape.
-fn field(table: &Table<'_>, shape: &Shape, context: &Context<'_>) -> Result<(ThicknessField, Node), SceneError> {
+fn field(table: &Table<'_>, shape: &Shape, context: &mut Context<'_>) -> Result<(ThicknessField, Node), SceneError> {
     let given = table.get("thickness_nm");
     let path = table.path("thickness_nm");
     let (model, tree) = thickness(given, &path, context)?;
@@ -62,7 +67,7 @@ fn field(table: &Table<'_>, shape: &Shape, context: &Context<'_>) -> Result<(Thi
     Ok((field, tree))
 }
 
-fn coating(node: &Node, path: String, shape: &Shape, context: &Context<'_>) -> Result<(Surface, Node), SceneError> {
+fn coating(node: &Node, path: String, shape: &Shape, context: &mut Context<'_>) -> Result<(Surface, Node), SceneError> {
     let table = Table::new(node, path, &["layers", "substrate"], &[])?;
     let given: &[Node] = match table.get("layers").map(|n| &n.value) {
         None => &[],
@@ -119,7 +124,7 @@ fn diffuse(node: &Node, path: String) -> Result<(Surface, Node), SceneError> {
     Ok((Surface::Diffuse(rgb), Node::table([("reflectance", given.without_lines())])))
 }
 
-fn emitter(node: &Node, path: String, context: &Context<'_>) -> Result<(Surface, Node), SceneError> {
+fn emitter(node: &Node, path: String, context: &mut Context<'_>) -> Result<(Surface, Node), SceneError> {
     let table = Table::new(node, path, &["illuminant", "radiance"], &[])?;
     let name = table.text("illuminant")?.unwrap_or(defaults::ILLUMINANT);
     let radiance = radiance(&table)?;

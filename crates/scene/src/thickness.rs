@@ -20,7 +20,7 @@ fn is_thickness(v: f64) -> bool {
 pub fn thickness(
     given: Option<&Node>,
     path: &str,
-    _context: &Context<'_>,
+    context: &mut Context<'_>,
 ) -> Result<(ThicknessModel, Node), SceneError> {
     let default = || {
         let ends = [("top", Node::number(defaults::TOP_NM)), ("bottom", Node::number(defaults::BOTTOM_NM))];
@@ -38,9 +38,19 @@ pub fn thickness(
     if !matches!(node.value, Value::Table(_)) {
         return Err(wrong(format!("must be a number or a thickness model, got {}", node.describe())));
     }
-    const KINDS: [&str; 3] = ["gradient", "wedge", "lens_gap"];
-    let table = Table::new(node, path, &KINDS, &["map", "flow"])?;
+    const KINDS: [&str; 4] = ["gradient", "wedge", "lens_gap", "map"];
+    // The range of a map stands beside it.
+    let keys = ["gradient", "wedge", "lens_gap", "map", "min_nm", "max_nm"];
+    let table = Table::new(node, path, &keys, &["flow"])?;
     let (kind, inner) = table.one_of(&KINDS)?;
+    if kind == "map" {
+        return map(&table, context);
+    }
+    if let Some(key) = ["min_nm", "max_nm"].into_iter().find(|key| table.get(key).is_some()) {
+        let line = table.get(key).and_then(|n| n.line);
+        return Err(SceneError::new(format!("{} goes with a map, not with a {kind}", table.path(key)))
+            .at(table.path(key), line));
+    }
     let path = table.path(kind);
     let (model, tree) = match kind {
         "gradient" => gradient(inner, path)?,
@@ -90,6 +100,25 @@ fn lens_gap(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneEr
     let model = ThicknessModel::lens_gap(radius_mm, contact_gap_nm).map_err(|e| at_key(&table, node, e))?;
     let tree = Node::table([("radius_mm", Node::number(radius_mm)), ("contact_gap_nm", Node::number(contact_gap_nm))]);
     Ok((model, tree))
+}
+
+/// A map and its range.
+fn map(table: &Table<'_>, context: &mut Context<'_>) -> Result<(ThicknessModel, Node), SceneError> {
+    let name = table.needed_text("map")?;
+    // The cheap checks first: a map can take seconds to read.
+    let end = |key| match table.get(key) {
+        None => Ok(None),
+        Some(_) => table.needed_number(key, THICKNESS, is_thickness).map(Some),
+    };
+    let (min_nm, max_nm) = (end("min_nm")?, end("max_nm")?);
+    let node = table.need("map")?;
+    let grid = context.origin.resolve(name).and_then(|path| context.maps.thickness(&path, name));
+    let grid = grid.map_err(|e| e.at(table.path("map"), node.line))?;
+    let map = grid.in_range(min_nm, max_nm).map_err(|e| at_key(table, node, e))?;
+    let mut entries = vec![("map", Node::text(name))];
+    entries.extend(min_nm.map(|v| ("min_nm", Node::number(v))));
+    entries.extend(max_nm.map(|v| ("max_nm", Node::number(v))));
+    Ok((ThicknessModel::Map(map), Node::table(entries)))
 }
 
 /// What the model itself does not allow, at its key.

@@ -51,9 +51,9 @@ pub fn build(node: &Node, origin: Origin, mut maps: Maps) -> Result<Scene, Scene
         return Err(root.wrong("object", &format!("a list of at most {MAX_OBJECTS} tables")));
     }
     let (mut objects, mut object_trees, mut names) = (Vec::new(), Vec::new(), HashSet::new());
-    let context = Context { unit, origin: &origin };
+    let mut context = Context { unit, origin: &origin, maps: &mut maps };
     for (i, item) in items.iter().enumerate() {
-        let (object, tree) = object(item, i, &context)?;
+        let (object, tree) = object(item, i, &mut context)?;
         if !names.insert(object.name.clone()) {
             let line = item.get("name").map_or(item.line, |name| name.line);
             return Err(SceneError::new(format!("two objects are named \"{}\"; names must differ", object.name))

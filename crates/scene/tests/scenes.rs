@@ -29,7 +29,11 @@ fn assert_same(a: &Scene, b: &Scene) {
             (EnvironmentSource::Uniform(a), EnvironmentSource::Uniform(b)) => {
                 assert_eq!((a.name(), a.lines(), a.power(555.0)), (b.name(), b.lines(), b.power(555.0)));
             }
-            pair => panic!("one map, one uniform light: {pair:?}"),
+            (EnvironmentSource::Sky(a, sun_a), EnvironmentSource::Sky(b, sun_b)) => {
+                assert!(a == b, "the skies differ");
+                assert_eq!((sun_a.direction, sun_a.radiance), (sun_b.direction, sun_b.radiance));
+            }
+            pair => panic!("two kinds of light: {pair:?}"),
         }
     }
 }
@@ -48,7 +52,7 @@ fn assert_round_trip(scene: &Scene) {
 #[test]
 fn good_scenes_are_read_and_written_unchanged() {
     let scenes = [files("scenes", "toml"), files("scenes", "json")].concat();
-    assert!(scenes.len() >= 7, "{scenes:?}");
+    assert!(scenes.len() >= 11, "{scenes:?}");
     for path in scenes {
         assert_round_trip(&Scene::load(&path, false).unwrap_or_else(|e| panic!("{e}")));
     }
@@ -70,7 +74,7 @@ fn toml_and_json_are_one_language() {
 fn bad_scenes_are_refused_with_their_message() {
     std::env::set_current_dir(root()).unwrap();
     let bad = files("scenes/bad", "toml");
-    assert!(bad.len() >= 50, "{bad:?}");
+    assert!(bad.len() >= 90, "{bad:?}");
     let mut wrong = Vec::new();
     for path in bad {
         let relative = path.strip_prefix(root()).unwrap();

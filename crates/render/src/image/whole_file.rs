@@ -13,6 +13,11 @@ pub fn check_output(path: &Path) -> Result<(), ImageError> {
     temporary_beside(&target).map(drop).map_err(|source| ImageError::write(path, source))
 }
 
+/// Writes `bytes` as the file at `path`, whole or not at all.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+    write_whole(path, &|| false, |out| out.write_all(bytes))
+}
+
 /// Runs `fill` on a temporary file in the folder of `path` and, when it succeeds, renames that to `path`.
 ///
 /// On any failure, and when `stop` says so, the temporary file is removed and whatever was at `path` is untouched. The

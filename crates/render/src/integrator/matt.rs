@@ -120,7 +120,7 @@ impl Tracer<'_> {
         if let Some(sampler) = &lights.sampler {
             let (direction, density) = sampler.draw(choices.pair());
             let scattered = direction.dot(facing) * std::f64::consts::FRAC_1_PI;
-            self.ask(simd, path, Aim::Maps, direction, scattered / (density + scattered), sums);
+            self.ask(simd, path, Aim::Maps, direction, balance(scattered, density), sums);
         }
         let count = lights.glows.len();
         let (first, asked) = match count {
@@ -133,7 +133,7 @@ impl Tracer<'_> {
             let Some((direction, density)) = drawn else { continue };
             let density = density * asked as f64 / count as f64;
             let scattered = direction.dot(facing) * std::f64::consts::FRAC_1_PI;
-            self.ask(simd, path, Aim::Emitter(emitter), direction, scattered / (density + scattered), sums);
+            self.ask(simd, path, Aim::Emitter(emitter), direction, balance(scattered, density), sums);
         }
     }
 
@@ -238,4 +238,11 @@ impl Tracer<'_> {
         let asked = self.spectra.lights.sampler.as_ref().map_or(0.0, |sampler| sampler.density(direction));
         (density / (density + asked)) as f32
     }
+}
+
+/// What an asked light counts: its contribution `scattered / density` times the balance heuristic's share. Nothing where
+/// the light is behind the surface.
+#[inline(always)]
+fn balance(scattered: f64, density: f64) -> f64 {
+    if scattered > 0.0 { scattered / (density + scattered) } else { 0.0 }
 }

@@ -1,0 +1,128 @@
+//! Thickness maps from files: OpenEXR, TIFF, PNG and NumPy's NPY, told apart by content.
+//!
+//! Files of floats hold nm. Files of whole numbers hold shares of a range that the scene states: 0 is `min_nm`, the largest
+//! number of the format `max_nm`.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::Arc;
+
+use iridesce_thickness::{ThicknessError, ThicknessMap};
+
+use crate::files::read_whole;
+use crate::map::check_size;
+
+mod exr_file;
+mod npy;
+mod png_file;
+mod tiff_file;
+
+pub use exr_file::thickness_exr;
+
+/// Largest file of a map: the largest map in double precision, and then some.
+pub const MAX_GRID_BYTES: u64 = 4 << 30;
+
+/// What a file holds: nm, or shares of a range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    values: Arc<ThicknessMap>,
+    is_share: bool,
+}
+
+/// Numbers as a decoder found them, row after row, row 0 on top.
+struct Plane {
+    width: usize,
+    height: usize,
+    samples: Samples,
+}
+
+enum Samples {
+    /// Floats: nm.
+    Nanometres(Vec<f64>),
+    /// Whole numbers over the largest one of their format.
+    Shares(Vec<f64>),
+}
+
+/// The map in a file; `min_nm` and `max_nm` are needed where it holds whole numbers, and refused where it holds floats.
+/// The error names the argument at fault: `path`, `min_nm` or `max_nm`.
+pub fn read_thickness_map(
+    path: &Path,
+    min_nm: Option<f64>,
+    max_nm: Option<f64>,
+) -> Result<Arc<ThicknessMap>, ThicknessError> {
+    let grid = read_whole(path, MAX_GRID_BYTES)
+        .and_then(|bytes| decode(&bytes))
+        .map_err(|why| ThicknessError { key: "path", message: format!("cannot be used as a thickness map: {why}") })?;
+    grid.in_range(min_nm, max_nm)
+}
+
+/// The grid in a file's bytes.
+pub fn decode(bytes: &[u8]) -> Result<Grid, String> {
+    let read = || match bytes {
+        [0x76, 0x2F, 0x31, 0x01, ..] => exr_file::read(bytes),
+        [0x89, b'P', b'N', b'G', ..] => png_file::read(bytes),
+        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => tiff_file::read(bytes),
+        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => npy::read(bytes),
+        [] => Err("it is empty".to_owned()),
+        _ => Err("it is no OpenEXR, TIFF, PNG or NPY file".to_owned()),
+    };
+    // A file made to trip a decoder must not take the program with it.
+    let plane = catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| Err("it is damaged".to_owned()))?;
+    let (values, is_share) = match plane.samples {
+        Samples::Nanometres(values) => (values, false),
+        Samples::Shares(values) => (values, true),
+    };
+    check_size(plane.width, plane.height, 1)?;
+    if let Some(at) = values.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
+        let (row, column) = (at / plane.width, at % plane.width);
+        return Err(format!(
+            "it holds {} at row {row}, column {column}; every value must be a finite thickness in nm, >= 0",
+            values[at]
+        ));
+    }
+    let values = ThicknessMap::new(plane.width, plane.height, values).map_err(|e| e.to_string())?;
+    Ok(Grid { values: Arc::new(values), is_share })
+}
+
+impl Grid {
+    /// Its thicknesses; the error names the key at fault.
+    pub fn in_range(&self, min_nm: Option<f64>, max_nm: Option<f64>) -> Result<Arc<ThicknessMap>, ThicknessError> {
+        let wrong = |key, message: &str| Err(ThicknessError { key, message: message.to_owned() });
+        if !self.is_share {
+            return match (min_nm, max_nm) {
+                (None, None) => Ok(self.values.clone()),
+                (Some(_), _) => wrong("min_nm", "must be left out: the map holds floats, which are nm already"),
+                _ => wrong("max_nm", "must be left out: the map holds floats, which are nm already"),
+            };
+        }
+        let (Some(min_nm), Some(max_nm)) = (min_nm, max_nm) else {
+            let key = if min_nm.is_none() { "min_nm" } else { "max_nm" };
+            return wrong(
+                key,
+                "is needed: the map holds whole numbers, of which 0 means min_nm and the largest max_nm",
+            );
+        };
+        for (key, value) in [("min_nm", min_nm), ("max_nm", max_nm)] {
+            if !(value.is_finite() && value >= 0.0) {
+                return wrong(key, &format!("must be a finite thickness in nm, >= 0, got {value:?}"));
+            }
+        }
+        if max_nm < min_nm {
+            return wrong("max_nm", &format!("must be at least min_nm = {min_nm:?}, got {max_nm:?}"));
+        }
+        let nm = self.values.thickness_nm().iter().map(|share| min_nm * (1.0 - share) + max_nm * share).collect();
+        ThicknessMap::new(self.values.width(), self.values.height(), nm).map(Arc::new)
+    }
+}
+
+/// One number a pixel out of `channels`: a grey one, whatever transparency goes with it, or colours that are equal.
+fn grey(samples: &[f64], channels: usize) -> Result<Vec<f64>, String> {
+    let is_color = channels >= 3;
+    if is_color && samples.chunks_exact(channels).any(|p| p[0] != p[1] || p[1] != p[2]) {
+        return Err("it is a picture in colour; save it in grey, one number a pixel".into());
+    }
+    Ok(samples.chunks_exact(channels).map(|p| p[0]).collect())
+}
+
+#[cfg(test)]
+mod tests;

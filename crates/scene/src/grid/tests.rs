@@ -1,0 +1,205 @@
+use tiff::encoder::{TiffEncoder, colortype};
+
+use super::*;
+
+/// 3 columns, 2 rows.
+const VALUES: [f64; 6] = [0.0, 100.0, 250.5, 300.0, 512.25, 999.0];
+
+fn npy(kind: &str, fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
+    let fortran = if fortran { "True" } else { "False" };
+    let header = format!("{{'descr': '{kind}', 'fortran_order': {fortran}, 'shape': {shape}, }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(data);
+    bytes
+}
+
+fn png(color: png::ColorType, depth: png::BitDepth, width: u32, data: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = ::png::Encoder::new(&mut bytes, width, 2);
+    encoder.set_color(color);
+    encoder.set_depth(depth);
+    if color == png::ColorType::Indexed {
+        encoder.set_palette([0, 0, 0, 255, 0, 0].to_vec());
+    }
+    encoder.write_header().unwrap().write_image_data(data).unwrap();
+    bytes
+}
+
+fn tiff<C: colortype::ColorType>(data: &[C::Inner]) -> Vec<u8>
+where
+    [C::Inner]: ::tiff::encoder::TiffValue,
+{
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    TiffEncoder::new(&mut bytes).unwrap().write_image::<C>(3, 2, data).unwrap();
+    bytes.into_inner()
+}
+
+fn floats() -> Vec<f32> {
+    VALUES.iter().map(|&v| v as f32).collect()
+}
+
+fn exr() -> Vec<u8> {
+    thickness_exr(&ThicknessMap::new(3, 2, VALUES.to_vec()).unwrap()).unwrap()
+}
+
+/// One small file of every kind of floats, and of every kind of whole numbers.
+fn files() -> (Vec<Vec<u8>>, Vec<Vec<u8>>) {
+    let f64s: Vec<u8> = VALUES.iter().flat_map(|v| v.to_le_bytes()).collect();
+    let big: Vec<u8> = VALUES.iter().flat_map(|v| v.to_be_bytes()).collect();
+    let f32s: Vec<u8> = floats().iter().flat_map(|v| v.to_le_bytes()).collect();
+    // The same values column after column.
+    let columns: Vec<u8> = [0, 3, 1, 4, 2, 5].iter().flat_map(|&i: &usize| VALUES[i].to_le_bytes()).collect();
+    let u8s = [0_u8, 51, 102, 153, 204, 255];
+    let u16s = u8s.map(|v| u16::from(v) * 257);
+    let (u16_big, u16_little) = (u16s.map(u16::to_be_bytes), u16s.map(u16::to_le_bytes));
+    let grey_alpha: Vec<u8> = u8s.iter().flat_map(|&v| [v, 7]).collect();
+    let rgb: Vec<u8> = u8s.iter().flat_map(|&v| [v; 3]).collect();
+    let nanometres = vec![
+        exr(),
+        tiff::<colortype::Gray32Float>(&floats()),
+        tiff::<colortype::Gray64Float>(&VALUES),
+        npy("<f8", false, "(2, 3)", &f64s),
+        npy(">f8", false, "(2, 3)", &big),
+        npy("<f8", true, "(2, 3)", &columns),
+        npy("<f4", false, "(2, 3)", &f32s),
+    ];
+    let shares = vec![
+        png(png::ColorType::Grayscale, png::BitDepth::Eight, 3, &u8s),
+        png(png::ColorType::Grayscale, png::BitDepth::Sixteen, 3, u16_big.as_flattened()),
+        png(png::ColorType::GrayscaleAlpha, png::BitDepth::Eight, 3, &grey_alpha),
+        png(png::ColorType::Rgb, png::BitDepth::Eight, 3, &rgb),
+        tiff::<colortype::Gray8>(&u8s),
+        tiff::<colortype::Gray16>(&u16s),
+        npy("|u1", false, "(2, 3)", &u8s),
+        npy("<u2", false, "(2, 3)", u16_little.as_flattened()),
+        npy(">u2", false, "(2, 3)", u16_big.as_flattened()),
+    ];
+    (nanometres, shares)
+}
+
+#[test]
+fn floats_are_nanometres_and_take_no_range() {
+    for file in files().0 {
+        let grid = decode(&file).unwrap();
+        let map = grid.in_range(None, None).unwrap();
+        assert_eq!((map.width(), map.height(), map.thickness_nm()), (3, 2, &VALUES[..]));
+        assert_eq!(grid.in_range(Some(0.0), None).unwrap_err().key, "min_nm");
+        assert_eq!(grid.in_range(None, Some(0.0)).unwrap_err().key, "max_nm");
+        assert!(grid.in_range(Some(0.0), Some(9.0)).unwrap_err().message.contains("floats, which are nm already"));
+    }
+    // Half floats: 1.5 and 1024.
+    let half = npy("<f2", false, "(1, 2)", &[0x00, 0x3E, 0x00, 0x64]);
+    assert_eq!(decode(&half).unwrap().in_range(None, None).unwrap().thickness_nm(), [1.5, 1024.0]);
+}
+
+#[test]
+fn whole_numbers_are_shares_of_the_range() {
+    for file in files().1 {
+        let grid = decode(&file).unwrap();
+        let map = grid.in_range(Some(100.0), Some(600.0)).unwrap();
+        assert_eq!((map.width(), map.height()), (3, 2));
+        for (found, expected) in map.thickness_nm().iter().zip([100.0, 200.0, 300.0, 400.0, 500.0, 600.0]) {
+            assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+        }
+        assert_eq!((map.thickness_nm()[0], map.thickness_nm()[5]), (100.0, 600.0), "exact at both ends");
+        for (min, max, key) in [
+            (None, None, "min_nm"),
+            (None, Some(1.0), "min_nm"),
+            (Some(1.0), None, "max_nm"),
+            (Some(-1.0), Some(1.0), "min_nm"),
+            (Some(0.0), Some(f64::NAN), "max_nm"),
+            (Some(2.0), Some(1.0), "max_nm"),
+        ] {
+            assert_eq!(grid.in_range(min, max).unwrap_err().key, key);
+        }
+    }
+    let bits = png(png::ColorType::Grayscale, png::BitDepth::One, 3, &[0b0100_0000, 0b1010_0000]);
+    let map = decode(&bits).unwrap().in_range(Some(0.0), Some(8.0)).unwrap();
+    assert_eq!(map.thickness_nm(), [0.0, 8.0, 0.0, 8.0, 0.0, 8.0]);
+}
+
+#[test]
+fn what_is_no_map_is_refused_with_its_reason() {
+    let refused = |file: Vec<u8>, said: &str| {
+        let error = decode(&file).unwrap_err();
+        assert!(error.contains(said), "{error}");
+    };
+    refused(vec![], "it is empty");
+    refused(b"thickness\n320\n".to_vec(), "no OpenEXR, TIFF, PNG or NPY");
+    refused(png(png::ColorType::Rgb, png::BitDepth::Eight, 1, &[1, 2, 3, 4, 4, 4]), "picture in colour");
+    refused(png(png::ColorType::Indexed, png::BitDepth::Eight, 3, &[0, 1, 0, 1, 0, 1]), "picture in colour");
+    refused(tiff::<colortype::RGB8>(&[1; 18]), "RGB(8); save it in grey");
+    refused(tiff::<colortype::Gray32>(&[1; 6]), "of 8 or 16 bits");
+    refused(tiff::<colortype::GrayI16>(&[1; 6]), "of 8 or 16 bits");
+    refused(npy("<f8", false, "(6,)", &[0; 48]), "its shape is (6,)");
+    refused(npy("<f8", false, "()", &[0; 8]), "its shape is ()");
+    refused(npy("<f8", false, "(2, 3, 1)", &[0; 48]), "two sides");
+    refused(npy("<f8", false, "(-2, 3)", &[0; 48]), "two sides");
+    refused(npy("<f8", false, "(0, 3)", &[]), "no pixels");
+    refused(npy("<f8", false, "(99999999, 99999999)", &[]), "at most 134217728");
+    refused(npy("<f8", false, "(99999999999999999999, 2)", &[]), "two sides");
+    refused(npy("<f8", false, "(2, 3)", &[0; 40]), "need 48 bytes, 40 follow");
+    refused(npy("<f8", false, "(2, 3)", &[0; 56]), "need 48 bytes, 56 follow");
+    for kind in ["<i4", "<i8", "<c8", "<U3", "|O", "|b1", "<f16", "", "é"] {
+        refused(npy(kind, false, "(2, 3)", &[0; 48]), "its numbers are of type");
+    }
+    refused(b"\x93NUMPY\x01\x00".to_vec(), "ends inside its header");
+    refused(b"\x93NUMPY\x09\x00\x00\x00".to_vec(), "version 9");
+    let mut huge = png(png::ColorType::Grayscale, png::BitDepth::Eight, 3, &[0; 6]);
+    huge[16..24].copy_from_slice(&[0x7F, 0xFF, 0xFF, 0xFF, 0x7F, 0xFF, 0xFF, 0xFF]);
+    assert!(decode(&huge).is_err());
+}
+
+#[test]
+fn values_that_are_no_thickness_are_refused_with_their_place() {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0] {
+        let mut values = VALUES;
+        values[4] = bad;
+        let f64s: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        for file in [npy("<f8", false, "(2, 3)", &f64s), tiff::<colortype::Gray64Float>(&values)] {
+            let error = decode(&file).unwrap_err();
+            assert!(error.contains(&format!("it holds {bad} at row 1, column 1;")), "{error}");
+        }
+    }
+}
+
+#[test]
+fn the_channel_of_an_exr_is_chosen_by_name() {
+    let file = |channels: &[(&str, f32)]| {
+        let list = channels.iter().map(|&(name, value)| AnyChannel::new(name, FlatSamples::F32(vec![value; 4])));
+        let layer =
+            Layer::new((2, 2), LayerAttributes::default(), Encoding::UNCOMPRESSED, AnyChannels::sort(list.collect()));
+        let mut bytes = Vec::new();
+        Image::from_layer(layer).write().non_parallel().to_buffered(std::io::Cursor::new(&mut bytes)).unwrap();
+        decode(&bytes).unwrap().in_range(None, None).unwrap().thickness_nm()[0]
+    };
+    use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage};
+    assert_eq!(file(&[("A", 1.0), ("B", 2.0), ("G", 3.0), ("R", 4.0), ("thickness_nm", 5.0)]), 5.0);
+    assert_eq!(file(&[("A", 1.0), ("film.thickness_nm", 5.0), ("Y", 2.0)]), 5.0);
+    assert_eq!(file(&[("A", 1.0), ("R", 4.0), ("Y", 2.0)]), 2.0);
+    assert_eq!(file(&[("A", 1.0), ("B", 2.0), ("G", 3.0), ("R", 4.0)]), 4.0);
+    assert_eq!(file(&[("height", 7.0), ("weight", 8.0)]), 7.0);
+}
+
+#[test]
+fn damaged_files_are_refused_not_followed() {
+    let (nanometres, shares) = files();
+    for whole in nanometres.iter().chain(&shares) {
+        // A PNG is whole before its last chunk and a TIFF may keep its directory's end for last: cut the half away.
+        for length in 0..whole.len() / 2 {
+            assert!(decode(&whole[..length]).is_err(), "cut at {length} of {}", whole.len());
+        }
+        // Every byte wrong in turn: refused, or a map of thicknesses; never a panic or a reservation of gigabytes.
+        for at in 0..whole.len() {
+            for value in [0x00, 0x7F, 0xFF] {
+                let mut bytes = whole.clone();
+                bytes[at] = value;
+                if let Ok(grid) = decode(&bytes) {
+                    assert!(grid.values.thickness_nm().iter().all(|v| v.is_finite() && *v >= 0.0));
+                }
+            }
+        }
+    }
+}

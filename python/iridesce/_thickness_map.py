@@ -1,0 +1,241 @@
+"""The grid of thicknesses, its files, and the checks that it shares with the models."""
+
+from __future__ import annotations
+
+import io
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from iridesce import _core
+
+_TIFF = (".tif", ".tiff")
+_ENDINGS = (*_TIFF, ".exr", ".npy")
+_MAX_FLOAT32 = float(np.finfo(np.float32).max)
+
+
+class ThicknessMap:
+    """A grid of thicknesses; row 0 on top, values at the middles of the cells. Immutable.
+
+    thickness_nm  nm, finite, >= 0                                                     (height, width)
+    Raises        ValueError naming the value and its place: another shape, no cells, not finite, negative
+
+    It stands for its array wherever numpy or `iridesce.Layer` wants one.
+
+    >>> grid = ThicknessMap([[100.0, 200.0], [300.0, 400.0]])
+    >>> grid, grid.width, grid.height
+    (<iridesce.thickness.ThicknessMap 2 x 2, 100 to 400 nm>, 2, 2)
+    """
+
+    __slots__ = ("_core", "_thickness_nm")
+
+    def __init__(self, thickness_nm: ArrayLike) -> None:
+        values = array("thickness_nm", thickness_nm)
+        if values.ndim != 2 or 0 in values.shape:
+            raise ValueError(f"thickness_nm must have the shape (height, width), both >= 1, got {values.shape}")
+        self._core = _core.ThicknessMap(np.ascontiguousarray(values))
+        self._thickness_nm: NDArray[np.float64] = values.copy()
+        self._thickness_nm.flags.writeable = False
+
+    @property
+    def thickness_nm(self) -> NDArray[np.float64]:
+        """The values, nm, float64, read-only, (height, width)."""
+        return self._thickness_nm
+
+    @property
+    def width(self) -> int:
+        """Number of columns."""
+        return int(self._thickness_nm.shape[1])
+
+    @property
+    def height(self) -> int:
+        """Number of rows."""
+        return int(self._thickness_nm.shape[0])
+
+    def sample(self, u: ArrayLike, v: ArrayLike) -> NDArray[np.float64] | float:
+        """Thickness between the cells: bilinear between their middles, the outermost values beyond them.
+
+        u        0 at the left edge, 1 at the right; finite                                (...,)
+        v        0 at the bottom edge, 1 on top; finite                                    (...,) broadcasts
+        Returns  nm, float64; a float for scalars                                          broadcast shape
+        Raises   ValueError where a coordinate is not finite, or shapes do not broadcast
+
+        >>> ThicknessMap([[100.0, 200.0], [300.0, 400.0]]).sample(0.5, [0.25, 0.5, 1.0])
+        array([350., 250., 150.])
+        """
+        across, up = array("u", u), array("v", v)
+        for name, values in (("u", across), ("v", up)):
+            refuse_where(~np.isfinite(values), values, f"{name} must be finite")
+        try:
+            across, up = np.broadcast_arrays(across, up)
+        except ValueError:
+            raise ValueError(f"u and v must broadcast: shapes {across.shape} and {up.shape}") from None
+        flat = self._core.sample(np.ascontiguousarray(across).reshape(-1), np.ascontiguousarray(up).reshape(-1))
+        return float(flat[0]) if across.ndim == 0 else flat.reshape(across.shape)
+
+    @classmethod
+    def load(
+        cls, path: str | os.PathLike[str], min_nm: float | None = None, max_nm: float | None = None
+    ) -> ThicknessMap:
+        """Read a map from a file; its content tells the format, not its name.
+
+        path            OpenEXR (the channel ``thickness_nm``, or else ``Y``, ``R`` or the first), TIFF (its first
+                        page), PNG, or NPY of two dimensions; one number a pixel, row 0 on top
+        min_nm, max_nm  nm that 0 and the largest number of the format stand for, 0 <= min_nm <= max_nm: both are
+                        needed where the file holds whole numbers of 8 or 16 bits, and refused where it holds floats,
+                        which are nm already
+        Returns         ThicknessMap
+        Raises          ValueError naming the file and what is wrong: missing, a folder, empty, damaged, of another
+                        kind, a picture in colour, more than 2**27 cells, a value that is not finite or negative with
+                        its place; or naming ``min_nm`` or ``max_nm``
+
+        >>> import pathlib, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = pathlib.Path(folder, "film.npy")
+        ...     np.save(file, np.array([[0, 51], [102, 255]], dtype=np.uint8))
+        ...     grid = ThicknessMap.load(file, min_nm=100.0, max_nm=600.0)
+        >>> grid.thickness_nm.round(6).tolist()
+        [[100.0, 200.0], [300.0, 600.0]]
+        """
+        name = file_name(path)
+        ends = {"min_nm": min_nm, "max_nm": max_nm}
+        given = {key: None if value is None else number(key, value) for key, value in ends.items()}
+        return cls(_core.load_thickness_map(name, **given))
+
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        pixel_size: float | tuple[float, float] | None = None,
+        unit: str = "mm",
+    ) -> None:
+        """Write the map: a whole file or none. What was at ``path`` stays until the new file is complete.
+
+        path        ``.tif`` or ``.tiff``: float32, nm, as ImageJ writes it: it shows nm as the unit of the values
+                    (``vunit``). ``.exr``: one float32 channel ``thickness_nm``. ``.npy``: float64
+        pixel_size  width, or (width, height), of a cell in ``unit``, > 0; only for TIFF
+        unit        of ``pixel_size``, as ImageJ names it: ``"mm"``, ``"um"``, ...
+        Raises      ValueError for a wrong argument, another extension, or a thickness beyond single precision;
+                    OSError (FileNotFoundError, PermissionError, ...) naming the file where it cannot be written
+
+        `load` reads it back.
+
+        >>> import pathlib, tempfile
+        >>> grid = ThicknessMap([[0.0, 100.0], [200.0, 300.5]])
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = pathlib.Path(folder, "film.tif")
+        ...     grid.save(file, pixel_size=0.5)
+        ...     ThicknessMap.load(file) == grid
+        True
+        """
+        name = file_name(path)
+        ending = os.path.splitext(name)[1].lower()
+        if ending not in _ENDINGS:
+            raise ValueError(f"path must end in {', '.join(_ENDINGS)}, got {name!r:.200}")
+        if pixel_size is not None and ending not in _TIFF:
+            raise ValueError(f"pixel_size goes with a TIFF file, got {name!r:.200}")
+        if ending != ".npy" and float(self._thickness_nm.max()) > _MAX_FLOAT32:
+            raise ValueError(f"a map with {float(self._thickness_nm.max())!r} nm does not fit single precision")
+        _core.check_output(name)
+        if ending == ".npy":
+            buffer = io.BytesIO()
+            np.save(buffer, self._thickness_nm)
+            content = buffer.getvalue()
+        elif ending == ".exr":
+            content = self._core.exr_bytes()
+        else:
+            content = self._tiff_bytes(pixel_size, unit)
+        _core.write_file(name, content)
+
+    def _tiff_bytes(self, pixel_size: float | tuple[float, float] | None, unit: str) -> bytes:
+        import tifffile
+
+        # ImageJ takes "vunit" alone for floats; older versions want the calibration function with it, here the
+        # straight line 0 + 1 x.
+        metadata: dict[str, Any] = {"axes": "YX", "hyperstack": False, "cf": 0, "c0": 0.0, "c1": 1.0, "vunit": "nm"}
+        metadata |= {"min": float(self._thickness_nm.min()), "max": float(self._thickness_nm.max())}
+        resolution: tuple[float, float] | None = None
+        if pixel_size is not None:
+            if not (isinstance(unit, str) and unit.isascii() and unit.isprintable() and 0 < len(unit) <= 20):
+                raise ValueError(f'unit must be a short ASCII text such as "mm", got {unit!r:.60}')
+            both = pixel_size if isinstance(pixel_size, (tuple, list)) else (pixel_size, pixel_size)
+            sides = [number("pixel_size", side) for side in both]
+            # TIFF holds ratios of 32-bit numbers.
+            if len(sides) != 2 or not all(1e-6 <= side <= 1e6 for side in sides):
+                raise ValueError(f"pixel_size must be one or two lengths from 1e-6 to 1e6, got {pixel_size!r:.60}")
+            metadata["unit"] = unit
+            resolution = (1.0 / sides[0], 1.0 / sides[1])
+        buffer = io.BytesIO()
+        tifffile.imwrite(
+            buffer,
+            self._thickness_nm.astype(np.float32),
+            imagej=True,
+            metadata=metadata,
+            resolution=resolution,
+            resolutionunit="NONE" if resolution else None,
+        )
+        return buffer.getvalue()
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        if copy:
+            return np.array(self._thickness_nm, dtype=dtype)
+        return np.asarray(self._thickness_nm, dtype=dtype)
+
+    def _repr_png_(self) -> bytes:
+        """What a notebook shows: false colours from the least thickness (dark) to the greatest."""
+        from iridesce import _notebook
+
+        return _notebook.map_png(self._thickness_nm)
+
+    def __repr__(self) -> str:
+        least, most = float(self._thickness_nm.min()), float(self._thickness_nm.max())
+        return f"<iridesce.thickness.ThicknessMap {self.width} x {self.height}, {least:g} to {most:g} nm>"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ThicknessMap) and np.array_equal(self._thickness_nm, other._thickness_nm)
+
+    def __hash__(self) -> int:
+        return hash((self._thickness_nm.shape, self._thickness_nm.tobytes()))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (ThicknessMap, (self._thickness_nm,))
+
+
+def number(name: str, value: Any) -> float:
+    """A plain number, or ValueError naming it."""
+    # float("3") and float(array([3])) would pass, but are slips.
+    try:
+        if isinstance(value, (str, bytes, bool)) or np.ndim(value) != 0:
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} must be a number, got {value!r:.60}") from None
+
+
+def array(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Real numbers as float64, or ValueError naming them."""
+    try:
+        found = np.asarray(values)
+        if found.dtype.kind not in "fiu":
+            raise TypeError
+        return found.astype(np.float64, copy=False)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} must be real numbers, got {values!r:.60}") from None
+
+
+def refuse_where(wrong: NDArray[np.bool_], values: NDArray[np.float64], rule: str) -> None:
+    """Names the first value that breaks a rule, and its place."""
+    if wrong.any():
+        at = tuple(int(i) for i in np.argwhere(wrong)[0])
+        raise ValueError(f"{rule}, got {values[at]}{f' at index {at}' if at else ''}")
+
+
+def file_name(path: str | os.PathLike[str]) -> str:
+    """A path as a text, or ValueError."""
+    if not isinstance(path, (str, os.PathLike)):
+        raise ValueError(f"path must be a file name, got {path!r:.60}")
+    name = os.fsdecode(os.fspath(path))
+    if "\0" in name or not name:
+        raise ValueError(f"path must be a file name without a zero byte, got {name!r:.200}")
+    return name
