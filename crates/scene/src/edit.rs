@@ -11,7 +11,7 @@ const ALTERNATIVES: [&[&[&str]]; 5] = [
     &[&["map"], &["illuminant"], &["builtin"]],
     &[&["film"], &["coating"], &["dielectric"], &["metal"], &["diffuse"], &["emitter"]],
     &[&["sphere"], &["rectangle"], &["disk"], &["plane"], &["cap"], &["mesh"]],
-    &[&["gradient"], &["wedge"], &["lens_gap"], &["map", "min_nm", "max_nm"], &["flow"]],
+    &[&["gradient"], &["wedge"], &["lens_gap"], &["map", "min_nm", "max_nm"], &["swirls"], &["flow"]],
 ];
 
 /// Whether a table that is given `key` must lose its entry `other`.

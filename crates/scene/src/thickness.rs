@@ -38,9 +38,9 @@ pub fn thickness(
     if !matches!(node.value, Value::Table(_)) {
         return Err(wrong(format!("must be a number or a thickness model, got {}", node.describe())));
     }
-    const KINDS: [&str; 4] = ["gradient", "wedge", "lens_gap", "map"];
+    const KINDS: [&str; 5] = ["gradient", "wedge", "lens_gap", "map", "swirls"];
     // The range of a map stands beside it.
-    let keys = ["gradient", "wedge", "lens_gap", "map", "min_nm", "max_nm"];
+    let keys = ["gradient", "wedge", "lens_gap", "map", "swirls", "min_nm", "max_nm"];
     let table = Table::new(node, path, &keys, &["flow"])?;
     let (kind, inner) = table.one_of(&KINDS)?;
     if kind == "map" {
@@ -55,6 +55,7 @@ pub fn thickness(
     let (model, tree) = match kind {
         "gradient" => gradient(inner, path)?,
         "wedge" => wedge(inner, path)?,
+        "swirls" => swirls(inner, path)?,
         _ => lens_gap(inner, path)?,
     };
     Ok((model, Node::table([(kind, tree)])))
@@ -100,6 +101,20 @@ fn lens_gap(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneEr
     let model = ThicknessModel::lens_gap(radius_mm, contact_gap_nm).map_err(|e| at_key(&table, node, e))?;
     let tree = Node::table([("radius_mm", Node::number(radius_mm)), ("contact_gap_nm", Node::number(contact_gap_nm))]);
     Ok((model, tree))
+}
+
+fn swirls(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneError> {
+    let table = Table::new(node, path, &["min_nm", "max_nm", "seed"], &[])?;
+    let min_nm = table.needed_number("min_nm", THICKNESS, is_thickness)?;
+    let max_nm = table.needed_number("max_nm", THICKNESS, is_thickness)?;
+    let seed = table.whole("seed", defaults::SWIRLS_SEED, 0, u64::MAX)?;
+    let map = iridesce_thickness::swirls(min_nm, max_nm, seed).map_err(|e| at_key(&table, node, e))?;
+    let tree = Node::table([
+        ("min_nm", Node::number(min_nm)),
+        ("max_nm", Node::number(max_nm)),
+        ("seed", Value::Int(seed.into()).into()),
+    ]);
+    Ok((ThicknessModel::Map(map), tree))
 }
 
 /// A map and its range.
