@@ -14,7 +14,7 @@ PYTEST := $(BIN)/python -m pytest --doctest-modules --pyargs python/tests irides
 PYTEST_ARGS ?=
 CARGO_ARGS ?= --locked
 
-.PHONY: help test quick lint lint-rust lint-python test-rust test-python build bench wheel clean
+.PHONY: help test quick lint lint-rust lint-python test-rust test-python build bench wheel wheel-check images clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -64,7 +64,14 @@ bench: build ## the measurements of docs/performance.md, on this machine
 	$(BIN)/python bench/run.py
 
 wheel: $(VENV)/tools ## a wheel for this platform in dist/
-	$(BIN)/maturin build --release --out dist
+	$(BIN)/maturin build --release --locked --out dist
+
+wheel-check: wheel ## install that wheel into a clean environment, without Rust in reach, and ask it for numbers
+	$(BIN)/python tools/check_wheel.py dist
+
+images: build ## the computed pictures of the docs, and the tables of docs/published-charts.md
+	$(BIN)/python tools/doc_images.py
+	$(BIN)/python tools/published_charts.py
 
 clean: ## remove what the other targets made
 	rm -rf target dist $(VENV) .mypy_cache .ruff_cache .pytest_cache

@@ -92,6 +92,46 @@ MEDIA = {
     "polycarbonate": "organic/(C16H14O3)n - polycarbonate/nk/Sultanova.yml",
 }
 
+# Constants that are not pages of the database: what stands behind them.
+MIXTURES = """\
+## Densities behind soap-glycerol-10 to soap-glycerol-60
+
+The index of a solution follows from those of water and glycerol by the Lorentz-Lorenz rule, which needs densities.
+They are constants in `src/medium/catalogue.rs`:
+
+| glycerol, % by mass | density at 20 C, g/cm^3 | apparent specific gravity 20/20 C | from it | model |
+|---|---|---|---|---|
+| 10 | 1.0221 | 1.02395 | 1.02209 | 1.0218 |
+| 20 | 1.0469 | 1.04880 | 1.04686 | 1.0467 |
+| 30 | 1.0727 | 1.07470 | 1.07268 | 1.0726 |
+| 40 | 1.0993 | 1.10135 | 1.09925 | 1.0992 |
+| 50 | 1.1263 | 1.12845 | 1.12627 | 1.1262 |
+| 60 | 1.1538 | 1.15605 | 1.15379 | 1.1535 |
+
+- Specific gravity: Lange's Handbook of Chemistry, 15th edition, table 5.13 (freezing points of glycerol and water).
+  Taken as weighed in air against water, the density is s (rho_w - rho_a) + rho_a with rho_w = 0.99821 and rho_a =
+  0.0012 g/cm^3 (column "from it"), which agrees with the constants to every digit; taken as a plain ratio it would be
+  up to 0.0002 more.
+- Model: A. Volk and C. J. Kaehler, Density model for aqueous glycerol solutions, Experiments in Fluids 59, 75 (2018),
+  which names Bosart and Snoddy (1927, 1928) among the measurements before it. It agrees within 0.0003 g/cm^3, which
+  is 0.0001 in the index.
+- Pure glycerol at 25 C, the temperature of its page: 1.2580 g/cm^3; the same model gives 1273.3 - 0.6121 x 25 =
+  1258.0 kg/m^3.
+- Pure water at 20 C: 0.9982 g/cm^3.
+
+`python/tests/test_medium.py` computes the columns anew and compares them with the indices of the built-in
+solutions.""".splitlines()
+
+MISSING = """\
+## Looked for and not found
+
+- Cu2O (cuprous oxide, the colours of heated copper): the database has one page, Querry 1985, which begins at 2.5 um.
+  Tables for visible light exist in print (C. Malerba et al., Solar Energy Materials and Solar Cells 95, 2848 (2011);
+  E. F. I. Roberts and P. Rastall, Mineralogical Magazine 42, 505 (1978)), but none was found that is free to be
+  passed on. Whoever has one reads it with `ir.Medium.from_file`.
+- CuO: one page, below 0.04 um.
+- Carbon films as on the brass of Kerrick's chart (1973): no page whose films are known to be alike.""".splitlines()
+
 
 def sources() -> str:
     lines = [
@@ -110,7 +150,7 @@ def sources() -> str:
     for name, page in MEDIA.items():
         digest = hashlib.sha256((PAGES / page).read_bytes()).hexdigest()
         lines.append(f"| `{name}.yml` | `{page}` | `{digest}` |")
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, "", *MIXTURES, "", *MISSING]) + "\n"
 
 
 def main() -> int:

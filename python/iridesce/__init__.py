@@ -3,7 +3,22 @@
 from __future__ import annotations
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines below
+    from iridesce import color as color
+    from iridesce import plot as plot
+    from iridesce import thickness as thickness
+    from iridesce._core import __version__ as __version__
+    from iridesce.errors import ResourceError as ResourceError
+    from iridesce.errors import SceneError as SceneError
+    from iridesce.image import Image as Image
+    from iridesce.medium import Medium as Medium
+    from iridesce.medium import media as media
+    from iridesce.rendering import render as render
+    from iridesce.scene import Scene as Scene
+    from iridesce.stack import Layer as Layer
+    from iridesce.stack import Stack as Stack
 
 # Names are imported on first use (PEP 562), so that `iridesce --help` and small scripts start at once.
 _HOME = {
@@ -17,9 +32,9 @@ _HOME = {
     "Image": "image",
     "render": "rendering",
 }
-_MODULES = {"color", "thickness", "plot"}
+_MODULES = {"color", "plot", "thickness"}
 
-__all__ = sorted([*_HOME, "color", "thickness"])
+__all__ = sorted([*_HOME, *_MODULES])
 
 
 def __getattr__(name: str) -> Any:

@@ -15,19 +15,25 @@ class Item(NamedTuple):
     medium: str | complex
     thickness_nm: float
     coherent: bool
+    is_open: bool = False
+    """The thickness was left out (it reads 0)."""
 
 
-def parse_items(text: object) -> list[Item]:
-    """The items of a stack; the first and the last have no thickness (it reads 0)."""
+def parse_items(text: object, open_layers: bool = False) -> list[Item]:
+    """The items of a stack; the first and the last have no thickness (it reads 0).
+
+    ``open_layers``: a layer may leave its thickness out, or write ``?`` for it, as in ``air / soap / air``.
+    """
     if not isinstance(text, str):
         raise ValueError(f"a stack as text looks like {EXAMPLE}, got {text!r}")
     words = [item.split() for item in re.split(r"(?<!\S)/(?!\S)", text)]
     if len(words) < 2:
         raise ValueError(f'a stack needs two or more items separated by " / ", as in {EXAMPLE}, got {text!r}')
-    return [_parse_item(item, number, is_end=number in (1, len(words))) for number, item in enumerate(words, start=1)]
+    ends = (1, len(words))
+    return [_parse_item(item, number, number in ends, open_layers) for number, item in enumerate(words, start=1)]
 
 
-def _parse_item(words: list[str], number: int, is_end: bool) -> Item:
+def _parse_item(words: list[str], number: int, is_end: bool, open_layers: bool) -> Item:
     if not words:
         raise ValueError(f"item {number} of the stack is empty; it should look like {EXAMPLE}")
     where = f"item {number} of the stack, {' '.join(words)!r}"
@@ -36,6 +42,8 @@ def _parse_item(words: list[str], number: int, is_end: bool) -> Item:
         if len(words) > 1:
             raise ValueError(f"{where}: the first and the last item are a medium without thickness")
         return Item(where, medium, 0.0, True)
+    if open_layers and words[1:] in ([], ["?"], ["incoherent"], ["?", "incoherent"]):
+        return Item(where, medium, 0.0, words[-1] != "incoherent", is_open=True)
     if len(words) < 2:
         raise ValueError(f'{where}: a layer needs its thickness in nm, as in "{words[0]} 320"')
     if words[2:] not in ([], ["incoherent"]):

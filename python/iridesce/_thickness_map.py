@@ -182,6 +182,12 @@ class ThicknessMap:
             return np.array(self._thickness_nm, dtype=dtype)
         return np.asarray(self._thickness_nm, dtype=dtype)
 
+    def _repr_png_(self) -> bytes:
+        """What a notebook shows: false colours from the least thickness (dark) to the greatest."""
+        from iridesce import _notebook
+
+        return _notebook.map_png(self._thickness_nm)
+
     def __repr__(self) -> str:
         least, most = float(self._thickness_nm.min()), float(self._thickness_nm.max())
         return f"<iridesce.thickness.ThicknessMap {self.width} x {self.height}, {least:g} to {most:g} nm>"

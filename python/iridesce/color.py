@@ -55,6 +55,10 @@ _CSV_SUFFIXES = {".csv", ".txt", ".tsv"}
 _CSV_LIMIT_BYTES = 16 * 2**20
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Light
 
@@ -150,6 +154,12 @@ class Illuminant:
 
     def __repr__(self) -> str:
         return f"Illuminant({self.name!r})"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the light's colour, name and chromaticity."""
+        from iridesce import _notebook
+
+        return _notebook.illuminant_html(self)
 
     def __eq__(self, other: object) -> bool:
         return self._origin == other._origin if isinstance(other, Illuminant) else NotImplemented

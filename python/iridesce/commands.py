@@ -233,30 +233,6 @@ def spectrum(
 
 @app.command()
 @answers_errors
-def media(
-    name: Annotated[str | None, typer.Argument(help="Only this medium, with its index from 400 to 700 nm.")] = None,
-    as_json: JsonOption = False,
-) -> None:
-    """The built-in media, their ranges and sources."""
-    import iridesce as ir
-
-    entries = [ir.Medium(name)] if name is not None else [ir.Medium(entry) for entry in _media_names()]
-    rows = [_medium_row(medium) for medium in entries]
-    if name is not None:
-        rows[0]["index"] = _index_rows(entries[0])
-    if as_json:
-        _print_json(rows if name is None else rows[0])
-        return
-    for row in rows:
-        span = row["range_nm"]
-        extent = "any wavelength" if span is None else f"{span[0]:g}-{span[1]:g} nm"
-        print(f"{row['name']:<12} {extent:<16} {row['source']}")
-    for wavelength_nm, n, k in rows[0].get("index", []):
-        print(f"{wavelength_nm:6g} nm   n = {n:.5f}   k = {k:.5g}")
-
-
-@app.command()
-@answers_errors
 def info(as_json: JsonOption = False) -> None:
     """Versions, threads, SIMD level, data sources."""
     import importlib.metadata
@@ -445,20 +421,6 @@ def _media_names() -> list[str]:
     import iridesce as ir
 
     return [str(getattr(entry, "name", entry)) for entry in ir.media()]
-
-
-def _medium_row(medium: Any) -> dict[str, Any]:
-    return {"name": medium.name, "kind": medium.kind, "range_nm": medium.range_nm, "source": medium.source}
-
-
-def _index_rows(medium: Any) -> list[tuple[float, float, float]]:
-    span = medium.range_nm or (0.0, float("inf"))
-    rows = []
-    for wavelength_nm in (400.0, 450.0, 500.0, 550.0, 600.0, 650.0, 700.0):
-        if span[0] <= wavelength_nm <= span[1]:
-            index = complex(medium.index(wavelength_nm))
-            rows.append((wavelength_nm, index.real, index.imag))
-    return rows
 
 
 def _data_sources() -> dict[str, str]:

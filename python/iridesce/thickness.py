@@ -25,6 +25,11 @@ __all__ = ["ThicknessMap", "ThicknessModel", "gradient", "lens_gap", "map", "uni
 
 _MAX_CELLS = 2**30
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 # What each kind follows, and which method asks it; all follow anything where they are uniform.
 _METHODS = {"gradient": "at_height", "wedge": "at_point", "lens_gap": "at_radius", "map": "map"}
 _EXTENT_KINDS = ("wedge", "lens_gap")

@@ -20,7 +20,7 @@ import pytest
 import iridesce as ir
 from conftest import ROOT, Run
 
-VERBS = ("render", "color", "spectrum", "media", "scenes", "check", "info")
+VERBS = ("render", "color", "spectrum", "chart", "media", "scenes", "check", "info")
 QUICK = ("--size", "24x16", "--samples", "1")
 SOAP = "air / soap 320 / air"
 

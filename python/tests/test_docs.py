@@ -180,3 +180,14 @@ def test_references_are_whole() -> None:
     assert text.count("{") == text.count("}")
     for entry in re.split(r"^@", text, flags=re.M)[1:]:
         assert {"author", "title", "year"} <= set(re.findall(r"\b(\w+) = \{", entry)), entry.split(",")[0]
+
+
+def test_every_computed_picture_is_shown_and_has_its_function() -> None:
+    """The pictures that tools/doc_images.py draws, the ones in docs/images, the ones that a page shows: the same."""
+    source = (ROOT / "tools" / "doc_images.py").read_text()
+    drawn = {name.replace("_", "-") for name in re.findall(r"^@picture\ndef (\w+)\(", source, flags=re.M)}
+    kinds = tuple({name.split("-")[0] for name in drawn})
+    present = {path.stem for path in (ROOT / "docs" / "images").glob("*.png") if path.stem.startswith(kinds)}
+    text = "".join(path.read_text() for path in PAGES)
+    shown = {name for name in re.findall(r"images/([\w-]+)\.png", text) if name.startswith(kinds)}
+    assert drawn == present == shown

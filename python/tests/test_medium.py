@@ -113,6 +113,39 @@ def test_published_values(name: str, wavelength_nm: float, index: complex, digit
     assert abs(got.imag - complex(index).imag) <= digit / 2 * 1.01
 
 
+# Apparent specific gravity 20/20 C of glycerol in water by per cent by mass: Lange's Handbook of Chemistry, 15th edition,
+# table 5.13.
+GLYCEROL_SPECIFIC_GRAVITY = {10: 1.02395, 20: 1.04880, 30: 1.07470, 40: 1.10135, 50: 1.12845, 60: 1.15605}
+WATER_20C, AIR = 0.99821, 0.0012  # g/cm^3
+
+
+def glycerol_density_model(mass_fraction: float, celsius: float = 20.0) -> float:
+    """Density in g/cm^3: Volk & Kaehler, Experiments in Fluids 59, 75 (2018)."""
+    glycerol = 1273.3 - 0.6121 * celsius
+    water = 1000.0 * (1.0 - (abs(celsius - 3.98) / 615.0) ** 1.71)
+    depth = 1.78e-6 * celsius**2 - 1.82e-4 * celsius + 1.41e-2
+    contraction = 1.0 + (depth * np.sin(mass_fraction**1.31 * np.pi) ** 0.81)
+    return contraction / (mass_fraction / glycerol + (1.0 - mass_fraction) / water) / 1000.0
+
+
+@pytest.mark.parametrize("percent", GLYCEROL_SPECIFIC_GRAVITY)
+def test_glycerol_solutions_have_the_published_density(percent: int) -> None:
+    """The density that the index of a solution implies, against a table and a model."""
+    nm, w = 600.0, percent / 100.0
+
+    def refraction(name: str) -> float:
+        square = ir.Medium(name).index(nm).real ** 2
+        return (square - 1.0) / (square + 2.0)
+
+    per_gram = w * refraction("glycerol") / 1.2580 + (1.0 - w) * refraction("water") / 0.9982
+    density = refraction(f"soap-glycerol-{percent}") / per_gram
+    # In air a weighing finds less by the air that the body displaces.
+    table = GLYCEROL_SPECIFIC_GRAVITY[percent] * (WATER_20C - AIR) + AIR
+    assert density == pytest.approx(table, abs=6e-5)  # four decimals, and the last digit of the table
+    assert density == pytest.approx(glycerol_density_model(w), abs=3.5e-4)
+    assert glycerol_density_model(1.0, 25.0) == pytest.approx(1.2580, abs=5e-5)
+
+
 def test_soap_is_water_and_air_is_one() -> None:
     nm = np.linspace(360.0, 830.0, 95)
     np.testing.assert_array_equal(ir.Medium("soap").index(nm), ir.Medium("water").index(nm))

@@ -112,6 +112,8 @@ def test_public_name_is_documented(name: str) -> None:
         return  # a constant, or a field of a dataclass, explained where its class is
     text = inspect.getdoc(value) or ""
     assert text, f"{name} has no docstring"
+    if not isinstance(value, property):  # the example of its class shows a property
+        assert ">>>" in text, f"the docstring of {name} shows no example"
     if not is_function:
         return
     assert len(text) > 40, f"the docstring of {name} says next to nothing"
@@ -128,6 +130,7 @@ def test_documented_names_include_the_promised_ones() -> None:
         " Stack.absorptance Stack.layer_absorptance Stack.amplitudes Stack.ellipsometry Stack.reversed Stack.color"
         " color.spectrum_to_xyz color.convert color.delta_e color.illuminant color.dias1991"
         " Scene Scene.load Scene.to_dict Scene.with_value render Image Image.rgb Image.save SceneError ResourceError"
+        " plot.locus plot.strip plot.chart plot.spectrum plot.medium"
     )
     names = {name.removeprefix("iridesce.") for name in OBJECTS}
     assert set(promised.split()) - names == set()
@@ -141,6 +144,22 @@ def test_public_function_has_type_hints(name: str) -> None:
     ]
     assert untyped == []
     assert signature.return_annotation is not signature.empty, "the return type is not stated"
+
+
+def test_completion_offers_the_public_names_and_no_others() -> None:
+    """What a notebook offers after `ir.color.` and the tab key: no numpy, no helpers."""
+    for module in modules()[1:]:
+        assert dir(module) == sorted(module.__all__)
+    assert {"color", "plot", "thickness", "Stack", "render"} <= set(dir(ir))
+    # Editors do not run the package: they read the imports under TYPE_CHECKING.
+    tree = ast.parse((ROOT / "python" / "iridesce" / "__init__.py").read_text())
+    shown = {
+        alias.asname
+        for statement in ast.walk(tree)
+        if isinstance(statement, ast.ImportFrom) and statement.level == 0 and statement.module != "typing"
+        for alias in statement.names
+    }
+    assert shown - {None} == {*ir.__all__, "__version__"}
 
 
 def test_package_is_typed_and_lists_its_names() -> None:

@@ -12,11 +12,12 @@ use std::time::Duration;
 use iridesce::optics::color::gamut::Mapping;
 use iridesce::render::image::{self, BitDepth, Development, Fact, ImageError, OutputSpace, Planes};
 use iridesce::render::{Framebuffer, Progress, RenderError, RenderOptions, simd_level};
+use iridesce::scene::{Scene as CoreScene, SceneError};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::scene::Scene;
+use crate::scene::{self, Scene};
 
 /// How often a waiting caller looks for Ctrl-C and tells of progress.
 const POLL: Duration = Duration::from_millis(30);
@@ -87,13 +88,16 @@ fn internal(panic: &(dyn Any + Send)) -> PyErr {
     PyRuntimeError::new_err(format!("internal error, please report it: {}", words.unwrap_or("unknown")))
 }
 
-fn render_error(py: Python<'_>, error: RenderError) -> PyErr {
+fn render_error(py: Python<'_>, scene: &CoreScene, error: RenderError) -> PyErr {
     let message = error.to_string();
     match error {
         RenderError::Resource(_) => match py.import("iridesce.errors").and_then(|m| m.getattr("ResourceError")) {
             Ok(class) => class.call1((message,)).map_or_else(|e| e, |value| PyErr::from_value(value)),
             Err(error) => error,
         },
+        RenderError::Scene { message, key } => {
+            scene::to_python(py, SceneError::new(message).at(key, None).in_file(scene.origin().file.as_deref()))
+        }
         RenderError::Cancelled => PyRuntimeError::new_err(message),
         _ => PyValueError::new_err(message),
     }
@@ -143,7 +147,7 @@ fn render_scene<'py>(
     let scene = scene.inner.clone();
     let rendered = beside(py, progress, |shared| iridesce::render::render(&scene, &options, shared))?;
     let Framebuffer { width, height, xyz, depth, thickness_nm, normal, info } =
-        rendered.map_err(|e| render_error(py, e))?;
+        rendered.map_err(|e| render_error(py, &scene, e))?;
     let (rows, columns) = (height as usize, width as usize);
     let plane = |values: Vec<f32>| PyArray1::from_vec(py, values).reshape([rows, columns]);
     let triple = |values: Vec<f32>| PyArray1::from_vec(py, values).reshape([rows, columns, 3]);

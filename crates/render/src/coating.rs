@@ -164,3 +164,124 @@ fn amplitudes<S: Simd>(simd: S, a: Complex<S>, b: Complex<S>, y_0: f32x16<S>) ->
     let scale = y_0 * 2.0;
     (mul(sub(incoming, b), per_sum), [per_sum[0] * scale, per_sum[1] * scale])
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+    use iridesce_optics::Polarization;
+    use iridesce_optics::stack::{Response as Solved, solve};
+
+    use super::*;
+    use crate::spectral::Nodes;
+
+    const OUTER: usize = 0;
+
+    /// Reflected and transmitted s, p and cross terms at every node.
+    fn kernel(
+        nodes: &Nodes,
+        indices: &[Complex64],
+        thickness_nm: &[f32],
+        is_reversed: bool,
+        cos_theta: f32,
+    ) -> [Vec<[f32; 4]>; 2] {
+        #[inline(always)]
+        fn run<S: Simd>(simd: S, sequence: &Sequence<'_>, cos_theta: f32) -> [Vec<[f32; 4]>; 2] {
+            let mut out = [Vec::new(), Vec::new()];
+            for block in 0..sequence.rate.len() {
+                let response = sequence.response(simd, block, cos_theta);
+                for (m, out) in [response.reflect, response.transmit].into_iter().zip(&mut out) {
+                    let lanes = [m.s, m.p, m.cross[0], m.cross[1]].map(|v| v.to_array());
+                    out.extend((0..LANES).map(|i| [lanes[0][i], lanes[1][i], lanes[2][i], lanes[3][i]]));
+                }
+            }
+            out
+        }
+        let table = |n: Complex64| IndexTable::new(&vec![n; nodes.len()]);
+        let mut layers: Vec<IndexTable> = indices[1..indices.len() - 1].iter().map(|&n| table(n)).collect();
+        let mut thickness_nm = thickness_nm.to_vec();
+        if is_reversed {
+            layers.reverse();
+            thickness_nm.reverse();
+        }
+        let rate = blocks(nodes.wavelength_nm.iter().map(|nm| 2.0 / nm));
+        let (outer, exit) = (table(indices[OUTER]), table(indices[indices.len() - 1]));
+        let layers = LayersAt { tables: &layers, thickness_nm: &thickness_nm };
+        let sequence = Sequence { outer: &outer, layers, is_reversed, exit: &exit, rate: &rate };
+        dispatch!(Level::new(), simd => run(simd, &sequence, cos_theta))
+    }
+
+    /// The f32 march against the f64 multilayer. Tolerance: roundings of 2^-24 make the phase of a layer of m half turns
+    /// wrong by about pi m 2^-22, of which r takes at most a few times as much near sharp fringes. Near a critical angle
+    /// q^2 is a difference: an error of n_0^2 2^-23 makes q wrong by half of that over q.
+    #[test]
+    fn coatings_are_the_multilayer() {
+        let c = Complex64::new;
+        let (air, glass, silicon, metal) = (c(1.0, 0.0), c(1.52, 0.0), c(3.9, 0.02), c(0.9, 6.0));
+        let cases: &[(&[Complex64], &[f32])] = &[
+            (&[air, glass], &[]),
+            (&[glass, air], &[]),
+            (&[air, metal], &[]),
+            (&[air, c(1.46, 0.0), silicon], &[320.0]),
+            (&[air, c(2.4, 0.05), metal], &[75.0]),
+            (&[c(1.33, 0.0), c(1.47, 0.0), air], &[610.0]),
+            // A gap that light tunnels through beyond the critical angle.
+            (&[glass, air, glass], &[150.0]),
+            (&[air, c(2.3, 0.0), c(1.38, 0.0), c(2.3, 0.0), c(1.38, 0.0), glass], &[60.0, 100.0, 55.0, 90.0]),
+            // Opaque: whatever is below must not come through, and nothing may overflow.
+            (&[air, metal, glass], &[4000.0]),
+            (&[air, c(1.5, 0.0), glass], &[0.0]),
+        ];
+        let nodes = Nodes::new(32, &[]);
+        for (indices, thickness_nm) in cases {
+            // Rounding of the inputs is not the kernel's.
+            let rounded = |n: &Complex64| c(f64::from(n.re as f32), f64::from(n.im as f32));
+            let indices: &[Complex64] = &indices.iter().map(rounded).collect::<Vec<_>>();
+            for angle in [0.0_f64, 30.0, 41.0, 56.3, 80.0, 88.0] {
+                for is_reversed in [false, true] {
+                    let cos_theta = angle.to_radians().cos() as f32;
+                    let found = kernel(&nodes, indices, thickness_nm, is_reversed, cos_theta);
+                    let thickness: Vec<f64> = thickness_nm.iter().map(|&t| f64::from(t)).collect();
+                    let half_turns: f64 = indices[1..].iter().zip(&thickness).map(|(n, t)| n.re * t / 180.0).sum();
+                    let sine2 = indices[OUTER].re.powi(2) * (1.0 - f64::from(cos_theta).powi(2));
+                    let smallest_q = indices[1..].iter().map(|n| (n * n - sine2).norm().sqrt()).fold(1.0, f64::min);
+                    let near_critical = 4.0 * f64::from(f32::EPSILON) * indices[OUTER].re.powi(2) / smallest_q;
+                    for (i, &nm) in nodes.wavelength_nm.iter().enumerate() {
+                        let exact = [Polarization::S, Polarization::P].map(|polarization| -> Solved {
+                            solve(
+                                indices,
+                                &thickness,
+                                &vec![true; thickness.len()],
+                                nm,
+                                f64::from(cos_theta),
+                                polarization,
+                            )
+                            .unwrap()
+                        });
+                        let tolerance = 3e-6 + 3e-6 * half_turns + near_critical;
+                        let close = |found: f32, exact: f64, what: &str| {
+                            assert!(
+                                (f64::from(found) - exact).abs() <= tolerance,
+                                "{what} of {indices:?} {thickness_nm:?} at {angle} deg, {nm} nm: {found}, exactly {exact}"
+                            );
+                        };
+                        let [s, p] = &exact;
+                        close(found[0][i][0], s.reflectance, "R_s");
+                        close(found[0][i][1], p.reflectance, "R_p");
+                        close(found[1][i][0], s.transmittance, "T_s");
+                        close(found[1][i][1], p.transmittance, "T_p");
+                        let (a_s, a_p) = (s.amplitudes.unwrap(), p.amplitudes.unwrap());
+                        let cross = a_s.r * a_p.r.conj();
+                        close(found[0][i][2], cross.re, "Re r_s r_p*");
+                        close(found[0][i][3], cross.im, "Im r_s r_p*");
+                        if indices[indices.len() - 1].im == 0.0 && s.transmittance > 1e-30 {
+                            let phase = a_s.t * a_p.t.conj();
+                            let cross = phase / phase.norm() * (s.transmittance * p.transmittance).sqrt();
+                            close(found[1][i][2], cross.re, "Re t_s t_p*");
+                            close(found[1][i][3], cross.im, "Im t_s t_p*");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -3,30 +3,32 @@
 use iridesce_optics::{Complex64, Medium, OpticsError};
 
 /// The number of the medium that scenes are surrounded by: n = 1.
-pub const SURROUNDING: u16 = 0;
+pub const SURROUNDING: u8 = 0;
 
 /// Deepest nesting of media within one another.
-pub const DEEPEST: usize = 8;
+pub const DEEPEST: usize = 7;
 
 /// Least k, over the visible range, of a medium that is taken as opaque wherever it fills space: e^-1 within 50 um.
 const OPAQUE_K: f64 = 1e-3;
 
 /// The media a path is within, the innermost last; the surrounding one is not counted.
+///
+/// Eight bytes: every path carries one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Within {
-    media: [u16; DEEPEST],
+    media: [u8; DEEPEST],
     depth: u8,
 }
 
 impl Within {
     #[inline(always)]
-    pub fn innermost(&self) -> u16 {
+    pub fn innermost(&self) -> u8 {
         if self.depth == 0 { SURROUNDING } else { self.media[self.depth as usize - 1] }
     }
 
     /// One medium deeper; `None` beyond the deepest nesting.
     #[inline(always)]
-    pub fn entered(mut self, medium: u16) -> Option<Within> {
+    pub fn entered(mut self, medium: u8) -> Option<Within> {
         *self.media.get_mut(self.depth as usize)? = medium;
         self.depth += 1;
         Some(self)
@@ -57,16 +59,15 @@ impl Media {
         Media { list: vec![vacuum], known: vec![vec![one; visible().count()]] }
     }
 
-    /// The number of a medium; a new one if it has none yet.
-    pub fn number(&mut self, medium: &Medium) -> Result<u16, OpticsError> {
+    /// The number of a medium, a new one if it has none yet; `None` inside where there are too many.
+    pub fn number(&mut self, medium: &Medium) -> Result<Option<u8>, OpticsError> {
         let indices = indices(medium, visible())?;
         let at = self.known.iter().position(|known| *known == indices).unwrap_or_else(|| {
             self.list.push(medium.clone());
             self.known.push(indices);
             self.list.len() - 1
         });
-        // Scenes have at most 10^4 objects with one such medium each.
-        Ok(u16::try_from(at).unwrap_or(u16::MAX))
+        Ok(u8::try_from(at).ok())
     }
 
     pub fn list(&self) -> &[Medium] {
@@ -74,11 +75,11 @@ impl Media {
     }
 
     /// Whether light that enters a medium is taken as absorbed.
-    pub fn is_opaque(&self, number: u16) -> bool {
+    pub fn is_opaque(&self, number: u8) -> bool {
         self.known[usize::from(number)].iter().all(|n| n.im >= OPAQUE_K)
     }
 
-    pub fn name(&self, number: u16) -> &str {
+    pub fn name(&self, number: u8) -> &str {
         self.list[usize::from(number)].name()
     }
 }
@@ -103,17 +104,17 @@ mod tests {
         assert_eq!((inside.innermost(), inside.left().innermost()), (5, 3));
         assert_eq!(inside.left().left(), Within::default());
         assert_eq!(Within::default().left().innermost(), SURROUNDING);
-        let deepest = (0..DEEPEST).try_fold(Within::default(), |within, i| within.entered(i as u16 + 1)).unwrap();
+        let deepest = (0..DEEPEST).try_fold(Within::default(), |within, i| within.entered(i as u8 + 1)).unwrap();
         assert_eq!(deepest.entered(9), None);
     }
 
     #[test]
     fn equal_media_have_one_number() {
         let mut media = Media::new();
-        let glass = media.number(&Medium::named("N-BK7").unwrap()).unwrap();
-        assert_eq!(media.number(&Medium::named("air").unwrap()).unwrap(), SURROUNDING);
-        assert_eq!(media.number(&Medium::named("N-BK7").unwrap()).unwrap(), glass);
-        let silicon = media.number(&Medium::named("Si").unwrap()).unwrap();
+        let glass = media.number(&Medium::named("N-BK7").unwrap()).unwrap().unwrap();
+        assert_eq!(media.number(&Medium::named("air").unwrap()).unwrap(), Some(SURROUNDING));
+        assert_eq!(media.number(&Medium::named("N-BK7").unwrap()).unwrap(), Some(glass));
+        let silicon = media.number(&Medium::named("Si").unwrap()).unwrap().unwrap();
         assert!(media.is_opaque(silicon) && !media.is_opaque(glass));
     }
 }

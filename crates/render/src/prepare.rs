@@ -85,7 +85,7 @@ pub struct FilmSurface {
     pub number: usize,
     pub layer: LayerSurface,
     /// The medium on both sides.
-    pub outside: u16,
+    pub outside: u8,
 }
 
 /// A coated, or bare, surface of a medium.
@@ -93,7 +93,7 @@ pub struct CoatedSurface {
     /// Number among the coatings.
     pub number: usize,
     pub layers: Vec<LayerSurface>,
-    pub substrate: u16,
+    pub substrate: u8,
     /// What enters the substrate is absorbed.
     pub is_opaque: bool,
 }
@@ -141,7 +141,7 @@ pub struct Spectra {
 #[derive(Default)]
 struct Materials<'a> {
     list: Vec<Material>,
-    films: Vec<(&'a Medium, u16)>,
+    films: Vec<(&'a Medium, u8)>,
     coatings: Vec<Vec<&'a Medium>>,
     matt: Vec<[f64; 3]>,
     emitters: Vec<(usize, &'a iridesce_scene::Emitter)>,
@@ -183,7 +183,7 @@ impl Prepared {
 impl Prepared {
     /// What a scene is told whose rays run into trouble.
     pub fn complaint(&self, trouble: Trouble) -> RenderError {
-        let medium = |number: u16| match number {
+        let medium = |number: u8| match number {
             SURROUNDING => "air".to_owned(),
             _ => format!("\"{}\"", self.media.name(number)),
         };
@@ -223,9 +223,9 @@ fn materials<'a>(scene: &'a Scene, media: &mut Media) -> Result<Materials<'a>, R
     let mut all = Materials::default();
     for (object, described) in scene.objects.iter().enumerate() {
         let mut coated = |layers: Vec<LayerSurface>, of: Vec<&'a Medium>, substrate: &Medium, is_metal: bool| {
-            let substrate = media.number(substrate)?;
+            let substrate = number_of(media, substrate)?;
             all.coatings.push(of);
-            Ok::<_, OpticsError>(Material::Coating(CoatedSurface {
+            Ok::<_, RenderError>(Material::Coating(CoatedSurface {
                 number: all.coatings.len() - 1,
                 layers,
                 substrate,
@@ -234,7 +234,7 @@ fn materials<'a>(scene: &'a Scene, media: &mut Media) -> Result<Materials<'a>, R
         };
         let material = match &described.surface {
             Surface::Film(film) => {
-                let outside = media.number(&film.outside)?;
+                let outside = number_of(media, &film.outside)?;
                 all.films.push((&film.medium, outside));
                 Material::Film(FilmSurface {
                     number: all.films.len() - 1,
@@ -267,9 +267,18 @@ fn materials<'a>(scene: &'a Scene, media: &mut Media) -> Result<Materials<'a>, R
     Ok(all)
 }
 
+fn number_of(media: &mut Media, medium: &Medium) -> Result<u8, RenderError> {
+    media.number(medium)?.ok_or_else(|| {
+        RenderError::Resource(format!(
+            "the scene fills space with more than 255 different media, one of them \"{}\"",
+            medium.name()
+        ))
+    })
+}
+
 /// The media around a point, found from the shapes that enclose it, the largest first.
 fn within(shapes: &[Shape], materials: &[Material], point: Vec3) -> Within {
-    let mut around: Vec<(f64, u16)> = shapes
+    let mut around: Vec<(f64, u8)> = shapes
         .iter()
         .zip(materials)
         .filter_map(|(shape, material)| match material {

@@ -14,8 +14,8 @@ enum Origin {
     Page(&'static str),
     /// A page of the database without its table of k, for a medium that light may come from.
     Clear(&'static str),
-    /// Glycerol in water, and the density of the solution at 20 C, g/cm^3 (Bosart & Snoddy,
-    /// Ind. Eng. Chem. 20, 1377 (1928)).
+    /// Glycerol in water, and the density of the solution at 20 C, g/cm^3: checked against two sources in
+    /// `data/media/SOURCES.md`.
     Glycerol { mass_fraction: f64, density: f64 },
 }
 
@@ -41,8 +41,7 @@ use Origin::{Clear, Glycerol, One, Page};
 const GLYCEROL_NOTE: &str =
     "Bubble solution with glycerol, per cent by mass in the name: Lorentz-Lorenz with the measured density at 20 C.";
 
-/// Densities, g/cm^3, at the temperatures of the pages: water 20 C, glycerol 25 C (CRC Handbook of Chemistry and
-/// Physics).
+/// Densities, g/cm^3, at the temperatures of the pages: water 20 C, glycerol 25 C (`data/media/SOURCES.md`).
 const WATER_DENSITY: f64 = 0.9982;
 const GLYCEROL_DENSITY: f64 = 1.2580;
 

@@ -5,30 +5,63 @@
 
 use fearless_simd::Simd;
 
-use super::{FAINT, Path, Sums, Tracer};
+use super::{FAINT, Fate, Path, Sums, Target, Tracer};
+use crate::geometry::Hit;
+use crate::media::Within;
 use crate::sampler::Choices;
+use crate::vector::Vec3;
+
+/// How the branch that passes a surface goes on.
+pub(super) struct Onward {
+    pub direction: Vec3,
+    pub within: Within,
+    pub band: Option<u8>,
+    pub is_scattered: bool,
+}
+
+impl Onward {
+    #[inline(always)]
+    fn take(&self, path: &mut Path, hit: Hit) {
+        (path.direction, path.hit, path.within) = (self.direction, hit, self.within);
+        (path.band, path.is_scattered) = (self.band, self.is_scattered);
+    }
+}
 
 impl Tracer<'_> {
     /// Goes on with what came of a hit: `path` becomes the branch to follow next (false: there is none), another waits.
-    /// `slot` is the one that the path had; the mirrored branch has another where both go on.
+    ///
+    /// The path is changed in place: copies of it would wait for the stores before them.
     #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "plain values of one hit; a struct of them passes through memory")]
     pub(super) fn follow<S: Simd>(
         &mut self,
         simd: S,
         path: &mut Path,
-        [mirrored, passed]: [Option<(Path, f32)>; 2],
+        fates: [Fate; 2],
+        to: [Target; 2],
+        mirror: Vec3,
+        onward: &Onward,
+        [mirrored_y, passed_y]: [f32; 2],
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) -> bool {
-        let (one, luminance) = match (mirrored, passed) {
-            (Some((mirrored, mirrored_y)), Some((passed, passed_y))) => {
-                return self.follow_both(simd, path, [mirrored, passed], [mirrored_y, passed_y], sums, choices);
+        match fates {
+            [Fate::GoesOn(mirrored_hit), Fate::GoesOn(passed_hit)] => {
+                let Target::Slot(slot) = to[0] else { unreachable!("what goes on has a slot") };
+                let mirrored = Path { direction: mirror, hit: mirrored_hit, slot, is_scattered: false, ..*path };
+                onward.take(path, passed_hit);
+                self.follow_both(simd, path, mirrored, [mirrored_y, passed_y], sums, choices)
             }
-            (Some(one), None) | (None, Some(one)) => one,
-            (None, None) => return false,
-        };
-        *path = one;
-        self.survives(simd, path, luminance, sums, choices)
+            [Fate::GoesOn(hit), _] => {
+                (path.direction, path.hit, path.is_scattered) = (mirror, hit, false);
+                self.survives(simd, path, mirrored_y, sums, choices)
+            }
+            [_, Fate::GoesOn(hit)] => {
+                onward.take(path, hit);
+                self.survives(simd, path, passed_y, sums, choices)
+            }
+            _ => false,
+        }
     }
 
     #[inline(always)]
@@ -36,12 +69,11 @@ impl Tracer<'_> {
         &mut self,
         simd: S,
         path: &mut Path,
-        [mut mirrored, passed]: [Path; 2],
+        mut mirrored: Path,
         [mirrored_y, passed_y]: [f32; 2],
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) -> bool {
-        *path = passed;
         if path.hits >= self.scene.max_depth {
             return self.choose(simd, path, mirrored, [mirrored_y, passed_y], sums, choices);
         }

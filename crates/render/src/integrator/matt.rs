@@ -73,7 +73,9 @@ impl Tracer<'_> {
         let scattered = (!is_dark).then_some(Scattered { origin: hit.point, density });
         let fate = self.fate(&hit, direction, path.within, scattered);
         if let Fate::GoesOn(next) = fate {
-            (path.hit, path.direction, path.scattered, path.axis) = (next, direction, scattered, frame(direction).0);
+            (path.hit, path.direction, path.axis) = (next, direction, frame(direction).0);
+            path.is_scattered = scattered.is_some();
+            self.scattered[path.slot] = scattered.unwrap_or_default();
             return true;
         }
         self.make_room(simd, 1);
@@ -118,7 +120,7 @@ impl Tracer<'_> {
         if let Some(sampler) = &lights.sampler {
             let (direction, density) = sampler.draw(choices.pair());
             let scattered = direction.dot(facing) * std::f64::consts::FRAC_1_PI;
-            self.ask(simd, path, Aim::Maps, direction, scattered / (density + scattered), sums);
+            self.ask(simd, path, Aim::Maps, direction, balance(scattered, density), sums);
         }
         let count = lights.glows.len();
         let (first, asked) = match count {
@@ -131,7 +133,7 @@ impl Tracer<'_> {
             let Some((direction, density)) = drawn else { continue };
             let density = density * asked as f64 / count as f64;
             let scattered = direction.dot(facing) * std::f64::consts::FRAC_1_PI;
-            self.ask(simd, path, Aim::Emitter(emitter), direction, scattered / (density + scattered), sums);
+            self.ask(simd, path, Aim::Emitter(emitter), direction, balance(scattered, density), sums);
         }
     }
 
@@ -236,4 +238,11 @@ impl Tracer<'_> {
         let asked = self.spectra.lights.sampler.as_ref().map_or(0.0, |sampler| sampler.density(direction));
         (density / (density + asked)) as f32
     }
+}
+
+/// What an asked light counts: its contribution `scattered / density` times the balance heuristic's share. Nothing where
+/// the light is behind the surface.
+#[inline(always)]
+fn balance(scattered: f64, density: f64) -> f64 {
+    if scattered > 0.0 { scattered / (density + scattered) } else { 0.0 }
 }

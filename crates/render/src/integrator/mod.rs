@@ -57,12 +57,12 @@ struct Path {
     is_natural: bool,
     /// The band of wavelengths that it still carries, once a prism has parted them.
     band: Option<u8>,
-    /// Where it was scattered, if nothing but films has been passed, straight on, since then.
-    scattered: Option<Scattered>,
+    /// Nothing but films has been passed, straight on, since it was scattered; where, stands by its slot.
+    is_scattered: bool,
 }
 
 /// A matt place that a path left in a direction drawn at random.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Scattered {
     origin: Vec3,
     /// Probability per solid angle of the direction.
@@ -103,7 +103,7 @@ pub enum Trouble {
     /// It shows finer fringes than the spectra resolve: this level would do.
     NeedsLevel(usize),
     /// A ray came to an object in another medium than the one that the object lies in.
-    WrongMedium { object: usize, is_in: u16, expected: u16 },
+    WrongMedium { object: usize, is_in: u8, expected: u8 },
     /// Media nested too deeply.
     TooDeep { object: usize },
 }
@@ -127,6 +127,8 @@ pub struct Tracer<'a> {
     /// XYZ of the pixel so far.
     xyz: [f64; 3],
     trouble: Option<Trouble>,
+    /// Where paths were scattered last, by slot.
+    scattered: Vec<Scattered>,
     /// Thicknesses of the layers at the hit under work, nm.
     thicknesses: Vec<f32>,
 }
@@ -150,6 +152,7 @@ impl<'a> Tracer<'a> {
             bare: Leaving::new(0),
             xyz: [0.0; 3],
             trouble: None,
+            scattered: vec![Scattered::default(); slots],
             thicknesses: Vec::new(),
         }
     }
@@ -197,7 +200,7 @@ impl<'a> Tracer<'a> {
             in_plane: true,
             is_natural: true,
             band: None,
-            scattered: None,
+            is_scattered: false,
         };
         let mut sums = Sums([f32x16::splat(simd, 0.0); 3]);
         loop {
@@ -231,7 +234,7 @@ impl<'a> Tracer<'a> {
             Material::Matt { is_black: true, .. } => false,
             Material::Matt { number, .. } => self.meet_matt(simd, path, *number, sums, choices),
             Material::Emitter(emitter) => {
-                let share = self.glow_share(path.scattered, &path.hit);
+                let share = self.glow_share(self.scattered(path), &path.hit);
                 self.meet_emitter(simd, path, *emitter, share, sums);
                 false
             }
@@ -262,6 +265,12 @@ impl<'a> Tracer<'a> {
             xyz = self.spectra.lights.add_glow(simd, emitter, block, (s + p) * share, xyz);
         }
         sums.0 = xyz;
+    }
+
+    /// Where a path was scattered, if it has come straight from there.
+    #[inline(always)]
+    fn scattered(&self, path: &Path) -> Option<Scattered> {
+        path.is_scattered.then(|| self.scattered[path.slot])
     }
 
     /// Nothing comes from infinitely far away within a medium that absorbs.

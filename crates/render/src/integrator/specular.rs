@@ -2,6 +2,7 @@
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 
+use super::chance::Onward;
 use super::{Fate, Path, SAME_PLANE, Scattered, Sums, Target, Tracer, Trouble};
 use crate::coating::{IndexTable, LayersAt, Sequence};
 use crate::film::{Beam, Mueller, Response};
@@ -55,19 +56,18 @@ impl<'a> Tracer<'a> {
         path.is_natural = false;
 
         let mirror = direction - hit.normal * (2.0 * along);
-        let passed = self.fate(&hit, direction, within, path.scattered);
+        let scattered = self.scattered(path);
+        let passed = self.fate(&hit, direction, within, scattered);
         let mirrored = self.fate(&hit, mirror, within, None);
         self.make_room(simd, 2);
-        let to = self.targets(path, (mirrored, mirror), (passed, direction, path.scattered));
+        let to = self.targets(path, (mirrored, mirror), (passed, direction, scattered));
         let (mirrored_y, passed_y) = if path.in_plane && self.spectra.films[film.number].is_plain() {
             self.split_plain(simd, path, film.number, cos_theta, thickness_nm, to, sums)
         } else {
             self.split_film(simd, path, film.number, cos_theta, thickness_nm, to, sums)
         };
-        let mirrored = goes_on(path, mirrored, to[0], mirror, within, None);
-        let passed = goes_on(path, passed, to[1], direction, within, path.scattered);
-        let branches = [mirrored.map(|path| (path, mirrored_y)), passed.map(|path| (path, passed_y))];
-        self.follow(simd, path, branches, sums, choices)
+        let onward = Onward { direction, within, band: path.band, is_scattered: path.is_scattered };
+        self.follow(simd, path, [mirrored, passed], to, mirror, &onward, [mirrored_y, passed_y], sums, choices)
     }
 
     /// Splits a path at a coated or bare surface.
@@ -150,14 +150,13 @@ impl<'a> Tracer<'a> {
         let (mirrored_y, passed_y) = self.split_coating(simd, path, &sequence, cos_theta as f32, to, thinned, sums);
         self.thicknesses = thicknesses;
 
-        let mirrored = goes_on(path, mirrored, to[0], mirror, within, None);
-        let passed = match &refracted {
-            Some(branch) => goes_on(path, passed, to[1], branch.direction, branch.within, None)
-                .map(|path| Path { band: branch.band, ..path }),
-            None => None,
+        let onward = match &refracted {
+            Some(branch) => {
+                Onward { direction: branch.direction, within: branch.within, band: branch.band, is_scattered: false }
+            }
+            None => Onward { direction, within, band: path.band, is_scattered: false },
         };
-        let branches = [mirrored.map(|path| (path, mirrored_y)), passed.map(|path| (path, passed_y))];
-        self.follow(simd, path, branches, sums, choices)
+        self.follow(simd, path, [mirrored, passed], to, mirror, &onward, [mirrored_y, passed_y], sums, choices)
     }
 
     /// The direction beyond a surface. `facing` is its normal on the side of the path.
@@ -386,22 +385,6 @@ impl<'a> Tracer<'a> {
             luminance[branch] = weight.mul_add(out.s + out.p, luminance[branch]);
         }
         (xyz, luminance)
-    }
-}
-
-/// The branch as a path, if it goes on.
-#[inline(always)]
-fn goes_on(
-    path: &Path,
-    fate: Fate,
-    to: Target,
-    direction: Vec3,
-    within: Within,
-    scattered: Option<Scattered>,
-) -> Option<Path> {
-    match (fate, to) {
-        (Fate::GoesOn(hit), Target::Slot(slot)) => Some(Path { direction, hit, slot, within, scattered, ..*path }),
-        _ => None,
     }
 }
 

@@ -47,7 +47,7 @@ fn over_plates(index: Complex64, plates: &[Plate]) -> (Vec<f64>, Vec<[f64; 2]>) 
             in_plane: true,
             is_natural: true,
             band: None,
-            scattered: None,
+            is_scattered: false,
         };
         for plate in plates {
             let light = -path.direction;

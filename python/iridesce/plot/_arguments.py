@@ -1,0 +1,197 @@
+"""What charts are asked: stacks of which one layer grows, ranges of thickness, lists of things. Internal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from iridesce._arrays import Floats, real_operand
+from iridesce._stack_text import parse_items
+from iridesce.medium import Medium
+from iridesce.plot._style import number
+from iridesce.stack import Layer, Stack
+
+StackLike: TypeAlias = "Stack | str"
+Stacks: TypeAlias = "StackLike | Sequence[StackLike] | Mapping[str, StackLike]"
+
+# Films a tenth of a millimetre thick are grey to every eye, and a chart of thicker ones would take minutes.
+THICKEST_NM = 1e5
+
+
+@dataclass(frozen=True)
+class Family:
+    """Stacks that differ in the thickness of one layer: ``position`` counts from 0."""
+
+    stack: Stack
+    position: int
+
+    def at(self, thickness_nm: ArrayLike) -> Stack:
+        """The stack whose growing layer is that thick."""
+        layers = list(self.stack.layers)
+        growing = layers[self.position]
+        layers[self.position] = Layer(growing.medium, thickness_nm, growing.coherent)
+        return Stack([self.stack.first, *layers, self.stack.last])
+
+    @property
+    def medium(self) -> Medium:
+        """What the growing layer is made of."""
+        return self.stack.layers[self.position].medium
+
+    @property
+    def name(self) -> str:
+        """Like the text of the stack, the growing layer without its thickness."""
+        return stack_name(self.stack, self.position)
+
+    def own_thicknesses(self) -> Floats | None:
+        """The thicknesses that the layer brought along, where it brought several."""
+        values = np.asarray(self.stack.layers[self.position].thickness_nm, dtype=np.float64)
+        return values.reshape(-1) if values.size > 1 else None
+
+    def optical_factor(self, angle_deg: float, wavelength_nm: float = 550.0) -> float:
+        """Retardation per thickness, 2 n cos(theta) inside the growing layer, with the real part of its index."""
+        first, n = (float(medium.index(wavelength_nm).real) for medium in (self.stack.first, self.medium))
+        across = first * np.sin(np.radians(angle_deg))
+        if not n > across:
+            raise ValueError(
+                f"no wave runs through {self.medium.name} at {number(angle_deg)} degrees from {self.stack.first.name}"
+                " (total reflection), so its retardation has no value"
+            )
+        return float(2.0 * np.sqrt(n * n - across * across))
+
+
+def family(stack: StackLike, layer: int | str | None = None) -> Family:
+    """A stack or its text, and which of its layers grows."""
+    if isinstance(stack, str):
+        return _from_text(stack, layer)
+    if not isinstance(stack, Stack):
+        raise ValueError(f"stack must be an iridesce.Stack or its text, got {stack!r:.80}")
+    return Family(stack, _growing(stack, layer, None))
+
+
+def _from_text(text: str, layer: int | str | None) -> Family:
+    first, *middle, last = parse_items(text, open_layers=True)
+    layers = []
+    for item in middle:
+        try:
+            layers.append(Layer(item.medium, item.thickness_nm, item.coherent))
+        except ValueError as error:
+            raise ValueError(f"{item.where}: {error}") from None
+    stack = Stack([first.medium, *layers, last.medium])
+    missing = [position for position, item in enumerate(middle) if item.is_open]
+    if len(missing) > 1:
+        raise ValueError(f"only one layer of a chart may leave out its thickness, got {text!r}")
+    position = _growing(stack, layer, missing[0] if missing else None)
+    if missing and position != missing[0]:
+        raise ValueError(f"{middle[missing[0]].where}: a layer that does not grow needs its thickness in nm")
+    return Family(stack, position)
+
+
+def _growing(stack: Stack, layer: int | str | None, missing: int | None) -> int:
+    """The position of the growing layer: the one named, left open, given as an array, or the only one."""
+    layers = stack.layers
+    if not layers:
+        raise ValueError(f"a chart needs a layer that grows, got {stack_name(stack)!r}, which has none")
+    if layer is None:
+        arrays = [position for position, one in enumerate(layers) if np.size(one.thickness_nm) > 1]
+        candidates = [missing] if missing is not None else arrays or list(range(len(layers)))
+        if len(candidates) > 1:
+            raise ValueError(
+                f"{stack_name(stack)!r} has {len(layers)} layers: say which grows, by layer=1 to {len(layers)} or"
+                ' the name of its medium, or in text by "?" for its thickness'
+            )
+        return candidates[0]
+    if isinstance(layer, str):
+        named = [position for position, one in enumerate(layers) if one.medium.name == layer]
+        if len(named) != 1:
+            problem = "no layer" if not named else f"{len(named)} layers"
+            names = ", ".join(one.medium.name for one in layers)
+            raise ValueError(f"layer must name one of the layers {names}; {problem} of {layer!r}")
+        return named[0]
+    if isinstance(layer, bool) or not isinstance(layer, int | np.integer) or not 1 <= layer <= len(layers):
+        raise ValueError(f"layer must be 1 to {len(layers)} or the name of a medium, got {layer!r}")
+    return int(layer) - 1
+
+
+def stack_name(stack: Stack, growing: int | None = None) -> str:
+    """A stack in words: ``air / TiO2 50 nm / Ti``."""
+    words = [stack.first.name]
+    for position, layer in enumerate(stack.layers):
+        fixed = position != growing and np.size(layer.thickness_nm) == 1
+        words.append(
+            f"{layer.medium.name} {float(np.ravel(layer.thickness_nm)[0]):.6g} nm" if fixed else layer.medium.name
+        )
+    return " / ".join([*words, stack.last.name])
+
+
+def listed(stacks: Stacks) -> list[tuple[str | None, StackLike]]:
+    """One stack or many, with the labels of a dict."""
+    if isinstance(stacks, Stack | str):
+        return [(None, stacks)]
+    if isinstance(stacks, Mapping):
+        entries: list[tuple[str | None, StackLike]] = [(str(label), stack) for label, stack in stacks.items()]
+    elif isinstance(stacks, Sequence):
+        entries = [(None, stack) for stack in stacks]
+    else:
+        raise ValueError(f"stack must be a Stack, its text, or a list or dict of them, got {stacks!r:.80}")
+    if not entries:
+        raise ValueError("stack must not be an empty list")
+    return entries
+
+
+def samples(
+    name: str, value: ArrayLike | None, own: Floats | None, default: tuple[float, float], step: float
+) -> Floats:
+    """Ascending values >= 0: two numbers are the ends of a range, filled in steps of about ``step``."""
+    if value is None:
+        value = default if own is None else own
+    given = real_operand(name, value, low=0.0).full()
+    if given.ndim != 1 or given.size < 2:
+        raise ValueError(f"{name} must be two numbers, the ends of a range, or an ascending array, got {value!r:.80}")
+    if not (np.diff(given) > 0.0).all():
+        raise ValueError(f"{name} must ascend, got {value!r:.80}")
+    if given[-1] > THICKEST_NM:
+        raise ValueError(
+            f"{name} must be at most {THICKEST_NM:g} nm in a chart (such films have no colour left), got {given[-1]:g}"
+        )
+    if given.size > 2:
+        return given.copy()
+    count = int(np.clip((given[1] - given[0]) / step, 400, 4000)) + 1
+    return np.linspace(given[0], given[1], count)
+
+
+def even(name: str, values: Floats) -> Floats:
+    """The same values, or an error: a picture has columns of one width."""
+    steps = np.diff(values)
+    if np.ptp(steps) > 1e-6 * steps.mean():
+        raise ValueError(f"{name} must be evenly spaced, got steps from {steps.min():g} to {steps.max():g}")
+    return values
+
+
+def one_angle(angle_deg: ArrayLike) -> float:
+    """A single angle of incidence."""
+    angle = real_operand("angle_deg", angle_deg, low=0.0, high=90.0).full()
+    if angle.size != 1:
+        raise ValueError(f"angle_deg must be one number here, got shape {angle.shape}")
+    return float(angle.reshape(-1)[0])
+
+
+def angles(angle_deg: ArrayLike) -> list[float]:
+    """One angle or several."""
+    return [float(angle) for angle in real_operand("angle_deg", angle_deg, low=0.0, high=90.0).full().reshape(-1)]
+
+
+def words(name: str, value: str | Sequence[str], allowed: tuple[str, ...], may_be_none: bool = False) -> list[str]:
+    """One word or several of those allowed."""
+    chosen = [value] if isinstance(value, str) else list(value) if isinstance(value, Sequence) else [value]
+    for word in chosen:
+        if not isinstance(word, str) or word not in allowed:
+            raise ValueError(f"{name} must be one or more of {', '.join(map(repr, allowed))}, got {value!r:.80}")
+    if not chosen and not may_be_none:
+        raise ValueError(f"{name} must be one or more of {', '.join(map(repr, allowed))}, got none")
+    if len(set(chosen)) != len(chosen):
+        raise ValueError(f"{name} must not name the same twice, got {value!r:.80}")
+    return chosen
