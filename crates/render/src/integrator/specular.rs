@@ -135,7 +135,12 @@ impl<'a> Tracer<'a> {
         self.make_room(simd, 2);
         let passed_direction = refracted.as_ref().map_or(direction, |branch| branch.direction);
         let to = self.targets(path, (mirrored, mirror), (passed, passed_direction, None));
-        let thinned = refracted.as_ref().and_then(|branch| branch.thinned);
+        let expected = match passed {
+            Fate::GoesOn(next) => self.scene.expected_shares[next.object],
+            Fate::Leaves => 1.0,
+            Fate::Glows(..) | Fate::Lost => 0.0,
+        };
+        let thinned = refracted.as_ref().and_then(|branch| branch.thinned).map(|band| (band, expected));
 
         let thicknesses = std::mem::take(&mut self.thicknesses);
         let tables = &spectra.coatings[coating.number];
@@ -324,7 +329,7 @@ impl<'a> Tracer<'a> {
         sequence: &Sequence<'_>,
         cos_theta: f32,
         to: [Target; 2],
-        thinned: Option<&Band>,
+        thinned: Option<(&Band, f32)>,
         sums: &mut Sums<S>,
     ) -> (f32, f32) {
         let zero = f32x16::splat(simd, 0.0);
@@ -348,7 +353,7 @@ impl<'a> Tracer<'a> {
         block: usize,
         response: &Response<S>,
         to: [Target; 2],
-        thinned: Option<&Band>,
+        thinned: Option<(&Band, f32)>,
         mut xyz: [f32x16<S>; 3],
         mut luminance: [f32x16<S>; 2],
     ) -> ([f32x16<S>; 3], [f32x16<S>; 2]) {
@@ -366,14 +371,12 @@ impl<'a> Tracer<'a> {
         let matrices: [&Mueller<S>; 2] = [&response.reflect, &response.transmit];
         for branch in 0..2 {
             let mut out = matrices[branch].carry(&w);
-            if let (1, Some(band)) = (branch, thinned) {
-                // What the other bands would have found is made up for by the mean light.
+            if let (1, Some((band, expected))) = (branch, thinned) {
+                // What the other bands are expected to find is added for certain.
                 let weight = band.weight[block].load(simd);
                 let before = out.s + out.p;
                 out = Beam { s: out.s * weight, p: out.p * weight, u: out.u * weight, v: out.v * weight };
-                if !matches!(to[1], Target::Lost) {
-                    xyz = self.add_mean(simd, block, before - (out.s + out.p), xyz);
-                }
+                xyz = self.add_mean(simd, block, (before - (out.s + out.p)) * expected, xyz);
             }
             xyz = self.put(simd, to[branch], block, out.s, out.p, xyz);
             if let (Target::Slot(slot), false) = (to[branch], path.in_plane) {
