@@ -36,6 +36,10 @@ use crate::vector::Vec3;
 /// half of this times the deviation of the light from its mean; docs/performance.md has the trade against time.
 const FAINT: f32 = 2e-4;
 
+/// Chance to go on at hits beyond `max_depth` where hardly anything may be lost, matt ones and those of very long walks:
+/// without it a walk among perfect whites, or within perfect mirrors, would never end.
+const LATE_CHANCE: f32 = 0.95;
+
 /// Planes of incidence closer than this (sine of the angle between them) count as one: the second-order error is 1e-10.
 const SAME_PLANE: f64 = 1e-5;
 
