@@ -176,7 +176,7 @@ impl<'a> Tracer<'a> {
         let scene = self.scene;
         let lights = &self.spectra.lights;
         let Some(hit) = nearest(&scene.shapes, &ray, None) else {
-            if self.is_dark(scene.camera_within) {
+            if self.is_dark(scene.within(&ray)) {
                 return true;
             }
             for c in 0..3 {
@@ -200,7 +200,7 @@ impl<'a> Tracer<'a> {
             slot,
             hits: 0,
             floor: FAINT,
-            within: scene.camera_within,
+            within: scene.within(&ray),
             in_plane: true,
             is_natural: true,
             band: None,
