@@ -75,6 +75,7 @@ pub struct ColorTableShape {
 pub struct ColorTable {
     shape: ColorTableShape,
     nodes: Vec<Node>,
+    extended: Vec<String>,
 }
 
 impl ColorTableShape {
@@ -176,7 +177,7 @@ impl ColorTable {
         let exact = Exact { colors: StackColor::new(asked)?, thickness_nm, layer };
         shape.white = exact.colors.white()?;
         for _ in 0..MOST_ROUNDS {
-            let table = ColorTable { nodes: exact.nodes(&shape, stop)?, shape };
+            let table = ColorTable { nodes: exact.nodes(&shape, stop)?, shape, extended: exact.colors.extended() };
             let between = table.measure(&exact, Probes::Anywhere)?;
             if between.max <= tolerance {
                 let shape = ColorTableShape {
@@ -217,7 +218,7 @@ impl ColorTable {
             let message = format!("the table must have {expected} finite nodes, got {}", nodes.len());
             return Err(OpticsError::Argument(message));
         }
-        Ok(ColorTable { shape, nodes })
+        Ok(ColorTable { shape, nodes, extended: Vec::new() })
     }
 
     /// Where the nodes are, and how good the table is.
@@ -228,6 +229,11 @@ impl ColorTable {
     /// Row by row: X, Y, Z, 0 and their slopes per step, 0.
     pub fn nodes(&self) -> &[[f32; 8]] {
         &self.nodes
+    }
+
+    /// Names of the media whose stated extension beyond their data was used in building it.
+    pub fn extended(&self) -> &[String] {
+        &self.extended
     }
 
     /// The reduced thickness of a column, in nm.

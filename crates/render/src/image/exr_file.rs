@@ -33,7 +33,7 @@ pub struct Planes<'a> {
 
 /// Single-line ZIP: half the time of 16-line ZIP or PIZ for 7 and 23 % more bytes (a 512 x 512 bubble), and compositors read
 /// lines of it by themselves.
-const ENCODING: Encoding =
+pub(super) const ENCODING: Encoding =
     Encoding { compression: Compression::ZIP1, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
 
 /// Writes the planes as a whole EXR file or none: scan lines, each ZIP-compressed by itself, 32-bit floats.
@@ -116,7 +116,7 @@ fn rec709() -> Chromaticities {
     }
 }
 
-fn attributes(facts: &Facts) -> Result<LayerAttributes, ImageError> {
+pub(super) fn attributes(facts: &Facts) -> Result<LayerAttributes, ImageError> {
     let mut attributes = LayerAttributes::default();
     for (name, fact) in facts {
         let text = |text: &str| {
@@ -145,7 +145,7 @@ fn attributes(facts: &Facts) -> Result<LayerAttributes, ImageError> {
 ///
 /// The `exr` crate keeps them in a hash map with random keys, so that two writes of the same image differ; the same
 /// render shall give the same bytes. Nothing after the header moves: the length stays the same.
-fn sort_attributes(file: &mut (impl Read + Write + Seek)) -> io::Result<()> {
+pub(super) fn sort_attributes(file: &mut (impl Read + Write + Seek)) -> io::Result<()> {
     const START: u64 = 8; // magic number and version
     file.seek(SeekFrom::Start(START))?;
     let mut reader = io::BufReader::new(&mut *file);
