@@ -18,6 +18,7 @@ mod prepare;
 mod render;
 mod sampler;
 mod spectral;
+mod trouble;
 mod vector;
 
 pub use framebuffer::{Framebuffer, Progress, RenderError, RenderInfo, RenderOptions};

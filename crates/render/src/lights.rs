@@ -8,8 +8,8 @@ use iridesce_optics::color::{Illuminant, Observer, rgb_basis};
 use iridesce_scene::{Emitter, EnvironmentSource, Light, Scene};
 
 use crate::environment::{MapLookup, MapSampler};
-use crate::lanes::{Lanes, blocks};
-use crate::spectral::{LANES, Nodes};
+use crate::lanes::{LANES, Lanes, blocks};
+use crate::spectral::Nodes;
 use crate::vector::Vec3;
 
 /// Weights of X, Y, Z at a block of nodes. They are halved because they meet the sum of s and p weights.

@@ -9,9 +9,10 @@ use rayon::prelude::*;
 
 use crate::framebuffer::{Framebuffer, Progress, RenderError, RenderInfo, RenderOptions};
 use crate::geometry::nearest;
-use crate::integrator::{Tracer, Trouble};
+use crate::integrator::Tracer;
 use crate::prepare::Prepared;
 use crate::sampler::PixelSampler;
+use crate::trouble::{Trouble, complaint};
 
 /// Renders a scene. Deterministic: the same scene, options and SIMD level give the same bytes for any `threads`.
 ///
@@ -125,7 +126,7 @@ fn draw_row<S: Simd>(
             match tracer.take_xyz(simd) {
                 Ok(sum) => break sum,
                 Err(Trouble::NeedsLevel(finer)) => level = finer,
-                Err(trouble) => return Err(scene.complaint(trouble)),
+                Err(trouble) => return Err(complaint(scene, trouble)),
             }
         };
         let column = x as usize;

@@ -2,9 +2,9 @@
 
 use iridesce_thickness::{ThicknessError, ThicknessModel};
 
+use crate::context::Context;
 use crate::defaults;
 use crate::error::SceneError;
-use crate::objects::Context;
 use crate::reader::{Table, as_number};
 use crate::tree::{Node, Value};
 

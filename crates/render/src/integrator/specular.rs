@@ -3,12 +3,13 @@
 use fearless_simd::{Simd, f32x16, prelude::*};
 
 use super::chance::Onward;
-use super::{Fate, Path, SAME_PLANE, Scattered, Sums, Target, Tracer, Trouble};
+use super::{Fate, Path, SAME_PLANE, Scattered, Sums, Target, Tracer};
 use crate::coating::{IndexTable, LayersAt, Sequence};
 use crate::film::{Beam, Mueller, Response};
 use crate::lanes::Lanes;
 use crate::prepare::{CoatedSurface, FilmSurface};
 use crate::sampler::Choices;
+use crate::trouble::Trouble;
 use crate::vector::Vec3;
 
 /// Directions of one refracted path that differ by less than this over the spectrum (radians) count as one: a tenth of
