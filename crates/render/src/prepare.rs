@@ -28,7 +28,9 @@ pub struct Prepared {
     /// Shape and material of object i stand at index i of both.
     pub shapes: Vec<Shape>,
     pub materials: Vec<Material>,
-    /// Names of objects and media, for messages.
+    /// What share of the mean light is expected from each object.
+    pub expected_shares: Vec<f32>,
+    /// Names of objects, for messages.
     pub names: Vec<String>,
     pub media: Media,
     /// What the camera is within.
@@ -111,6 +113,17 @@ impl Material {
         }
     }
 
+    /// What share of the scene's mean light is expected from a surface: the estimate against which choices are made.
+    /// Any would do, the better it is the less noise they make.
+    fn expected_share(&self, reflectances: &[[f64; 3]]) -> f32 {
+        match self {
+            Material::Matt { number, .. } => (reflectances[*number].iter().sum::<f64>() / 3.0) as f32,
+            Material::Coating(coating) if coating.is_opaque => 0.5,
+            Material::Emitter(_) => 0.0,
+            Material::Film(_) | Material::Coating(_) => 1.0,
+        }
+    }
+
     fn longest_path_nm(&self) -> f64 {
         match self {
             Material::Film(film) => film.layer.longest_path_nm(),
@@ -177,6 +190,7 @@ impl Prepared {
             camera_within,
             is_camera_wide: has_media && camera.is_wide(),
             shapes,
+            expected_shares: materials.list.iter().map(|own| own.expected_share(&materials.matt)).collect(),
             names: scene.objects.iter().map(|object| object.name.clone()).collect(),
             media,
             materials: materials.list,

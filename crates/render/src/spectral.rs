@@ -195,11 +195,6 @@ impl Bands {
     pub fn band(&self, number: usize) -> &Band {
         &self.list[number]
     }
-
-    /// All of them.
-    pub fn all(&self) -> &[Band] {
-        &self.list
-    }
 }
 
 /// Weights `w` with `sum_i w[i] f[i] = sum_k values[k] s(places[k])`, where s is the natural cubic spline

@@ -5,7 +5,14 @@ use crate::model::{Origin, Scene};
 use crate::reader::suggestion;
 use crate::tree::quoted;
 
-const SCENES: [(&str, &str); 1] = [("soap-bubble", include_str!("../scenes/soap-bubble.toml"))];
+const SCENES: [(&str, &str); 6] = [
+    ("soap-bubble", include_str!("../scenes/soap-bubble.toml")),
+    ("newtons-rings", include_str!("../scenes/newtons-rings.toml")),
+    ("newtons-rings-sodium", include_str!("../scenes/newtons-rings-sodium.toml")),
+    ("oil-slick", include_str!("../scenes/oil-slick.toml")),
+    ("titanium", include_str!("../scenes/titanium.toml")),
+    ("wafer", include_str!("../scenes/wafer.toml")),
+];
 
 /// Names of the built-in scenes.
 pub fn builtin_names() -> impl Iterator<Item = &'static str> {

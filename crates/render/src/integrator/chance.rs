@@ -154,9 +154,10 @@ impl Tracer<'_> {
         survives
     }
 
-    /// Adds what a path would find if the lights had their mean radiance everywhere.
+    /// Adds what a path is expected to find: the lights' mean radiance, or what a matt surface makes of it.
     #[inline(always)]
     fn add_mean_light<S: Simd>(&self, simd: S, path: &Path, factor: f32, sums: &mut Sums<S>) {
+        let factor = factor * self.scene.expected_shares[path.hit.object];
         let mut xyz = sums.0;
         for block in 0..self.blocks {
             let s = self.arena[self.at(path.slot, 0, block)].load(simd);

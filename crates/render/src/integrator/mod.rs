@@ -24,6 +24,7 @@ use fearless_simd::{Simd, f32x16, prelude::*};
 
 use self::leaving::{Leaving, Share};
 use crate::camera::Ray;
+use crate::film::exp2;
 use crate::geometry::{Hit, frame, nearest};
 use crate::lanes::Lanes;
 use crate::media::Within;
@@ -250,10 +251,11 @@ impl<'a> Tracer<'a> {
     fn attenuate<S: Simd>(&mut self, simd: S, path: &Path) {
         let Some(rate) = &self.spectra.attenuation[usize::from(path.within.innermost())] else { return };
         let distance = path.hit.distance as f32;
-        for component in 0..if path.in_plane { 2 } else { 4 } {
-            for block in 0..self.blocks {
+        let components = if path.in_plane { 2 } else { 4 };
+        for (block, rate) in rate.iter().enumerate() {
+            let passes = exp2(simd, rate.load(simd) * -distance);
+            for component in 0..components {
                 let at = self.at(path.slot, component, block);
-                let passes = crate::film::exp2(simd, rate[block].load(simd) * -distance);
                 let left = self.arena[at].load(simd) * passes;
                 self.arena[at].store(left);
             }

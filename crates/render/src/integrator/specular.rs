@@ -7,7 +7,6 @@ use super::{Fate, Path, SAME_PLANE, Scattered, Sums, Target, Tracer, Trouble};
 use crate::coating::{IndexTable, LayersAt, Sequence};
 use crate::film::{Beam, Mueller, Response};
 use crate::lanes::Lanes;
-use crate::media::Within;
 use crate::prepare::{CoatedSurface, FilmSurface};
 use crate::sampler::Choices;
 use crate::vector::Vec3;
@@ -120,7 +119,7 @@ impl<'a> Tracer<'a> {
 
         let mirror = direction - hit.normal * (2.0 * along);
         let mut refracted = Refracted { direction: None, band: path.band, thinned: None };
-        let mut passed = Fate::Lost;
+        let (mut passed, mut expected) = (Fate::Lost, 1.0);
         if !coating.is_opaque {
             let facing = if is_from_front { hit.normal } else { -hit.normal };
             let media = [&spectra.media[usize::from(outer)], &spectra.media[usize::from(exit)]];
@@ -128,15 +127,19 @@ impl<'a> Tracer<'a> {
             if let Some(direction) = refracted.direction {
                 passed = self.fate(&hit, direction, beyond, None);
             }
-            if matches!(passed, Fate::Lost) && self.is_lost_in_all_bands(path, facing, cos_theta, media, beyond) {
-                refracted.thinned = None;
+            if refracted.thinned.is_some() {
+                // By where the middle of the spectrum goes, not the chosen band: the estimate must not hang on the choice.
+                expected = match bent(direction, facing, cos_theta, media, spectra.bands.middle) {
+                    Some(middle) => self.expected_share(self.fate(&hit, middle, beyond, None)),
+                    None => 1.0,
+                };
             }
         }
         let mirrored = self.fate(&hit, mirror, within, None);
         self.make_room(simd, 2);
         let passed_direction = refracted.direction.unwrap_or(direction);
         let to = self.targets(path, (mirrored, mirror), (passed, passed_direction, None));
-        let thinned = refracted.thinned;
+        let thinned = refracted.thinned.map(|weights| (weights, expected));
 
         let thicknesses = std::mem::take(&mut self.thicknesses);
         let tables = &spectra.coatings[coating.number];
@@ -196,30 +199,14 @@ impl<'a> Tracer<'a> {
         spread > 0.0 && (least <= 0.0 || spread > SAME_DIRECTION * least.sqrt())
     }
 
-    /// Whether what is lost of a path that a surface parts would be lost in every band that passes: then there is
-    /// nothing that the mean light could make up for. It must not hang on the band that was chosen.
+    /// What share of the mean light a branch is expected to find.
     #[inline(always)]
-    fn is_lost_in_all_bands(
-        &self,
-        path: &Path,
-        facing: Vec3,
-        cos_theta: f64,
-        media: [&IndexTable; 2],
-        beyond: Within,
-    ) -> bool {
-        if path.band.is_some() || !self.is_parted(cos_theta, media) {
-            return false;
+    fn expected_share(&self, fate: Fate) -> f32 {
+        match fate {
+            Fate::GoesOn(next) => self.scene.expected_shares[next.object],
+            Fate::Leaves => 1.0,
+            Fate::Glows(..) | Fate::Lost => 0.0,
         }
-        let mut is_any_lost = false;
-        for band in self.spectra.bands.all() {
-            if let Some(direction) = bent(path.direction, facing, cos_theta, media, band.middle) {
-                if !matches!(self.fate(&path.hit, direction, beyond, None), Fate::Lost) {
-                    return false;
-                }
-                is_any_lost = true;
-            }
-        }
-        is_any_lost
     }
 
     /// Where both branches of a hit write their spectra; a second slot is taken where both go on.
@@ -350,7 +337,7 @@ impl<'a> Tracer<'a> {
         sequence: &Sequence<'_>,
         cos_theta: f32,
         to: [Target; 2],
-        thinned: Option<&[Lanes]>,
+        thinned: Option<(&[Lanes], f32)>,
         sums: &mut Sums<S>,
     ) -> (f32, f32) {
         let zero = f32x16::splat(simd, 0.0);
@@ -374,7 +361,7 @@ impl<'a> Tracer<'a> {
         block: usize,
         response: &Response<S>,
         to: [Target; 2],
-        thinned: Option<&[Lanes]>,
+        thinned: Option<(&[Lanes], f32)>,
         mut xyz: [f32x16<S>; 3],
         mut luminance: [f32x16<S>; 2],
     ) -> ([f32x16<S>; 3], [f32x16<S>; 2]) {
@@ -392,12 +379,12 @@ impl<'a> Tracer<'a> {
         let matrices: [&Mueller<S>; 2] = [&response.reflect, &response.transmit];
         for branch in 0..2 {
             let mut out = matrices[branch].carry(&w);
-            if let (1, Some(weights)) = (branch, thinned) {
-                // What the other bands would have found is made up for by the mean light, whatever this one finds.
+            if let (1, Some((weights, expected))) = (branch, thinned) {
+                // What the other bands are expected to find is added for certain, whatever this one finds.
                 let weight = weights[block].load(simd);
                 let before = out.s + out.p;
                 out = Beam { s: out.s * weight, p: out.p * weight, u: out.u * weight, v: out.v * weight };
-                xyz = self.add_mean(simd, block, before - (out.s + out.p), xyz);
+                xyz = self.add_mean(simd, block, (before - (out.s + out.p)) * expected, xyz);
             }
             xyz = self.put(simd, to[branch], block, out.s, out.p, xyz);
             if let (Target::Slot(slot), false) = (to[branch], path.in_plane) {
