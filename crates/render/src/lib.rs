@@ -15,6 +15,7 @@ mod lanes;
 mod lights;
 mod media;
 mod prepare;
+mod refraction;
 mod render;
 mod sampler;
 mod spectral;

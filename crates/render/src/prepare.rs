@@ -113,15 +113,6 @@ impl Material {
         }
     }
 
-    /// Thickness in nm that the picture's plane shows: of the film, or of the outermost layer.
-    pub fn thickness_nm(&self, point: Vec3) -> Option<f64> {
-        match self {
-            Material::Film(film) => Some(film.layer.thickness_nm(point)),
-            Material::Coating(coating) => coating.layers.first().map(|layer| layer.thickness_nm(point)),
-            Material::Matt { .. } | Material::Emitter(_) => None,
-        }
-    }
-
     /// What share of the scene's mean light is expected from a surface: the estimate against which choices are made.
     /// Any would do, the better it is the less noise they make.
     fn expected_share(&self, reflectances: &[[f64; 3]]) -> f32 {

@@ -11,6 +11,7 @@ use crate::framebuffer::{Framebuffer, Progress, RenderError, RenderInfo, RenderO
 use crate::geometry::nearest;
 use crate::integrator::Tracer;
 use crate::prepare::Prepared;
+use crate::refraction::shown_thickness_nm;
 use crate::sampler::PixelSampler;
 use crate::trouble::{Trouble, complaint};
 
@@ -137,7 +138,7 @@ fn draw_row<S: Simd>(
         let centre = scene.camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
         if let Some(hit) = nearest(&scene.shapes, &centre, None) {
             row.depth[column] = hit.distance as f32;
-            if let Some(thickness_nm) = scene.materials[hit.object].thickness_nm(hit.point) {
+            if let Some(thickness_nm) = shown_thickness_nm(scene, centre, hit) {
                 row.thickness_nm[column] = thickness_nm as f32;
             }
             for (out, value) in row.normal[3 * column..].iter_mut().zip([hit.normal.x, hit.normal.y, hit.normal.z]) {
