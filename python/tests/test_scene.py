@@ -552,7 +552,7 @@ def test_thickness_maps_lie_beside_the_scene(tmp_path):
 
 
 def test_the_thickness_plane_looks_through_clear_faces() -> None:
-    """Behind the lens of Newton's rings the plane shows the gap, r^2 / (2 R) to 1e-6; on a slick, the oil; on a wafer, its oxide."""
+    """Behind the lens of Newton's rings it shows the gap, r^2 / (2 R) to 1e-6; on a slick the oil; on a wafer its oxide."""
     image = ir.render("newtons-rings", size=(9, 9), samples=1)
     row = (np.arange(9) - 4.0) * 4.8 / 9  # mm
     square = row[:, None] ** 2 + row[None, :] ** 2
