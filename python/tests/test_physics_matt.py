@@ -27,6 +27,7 @@ from oracles.surface_scenes import (
 )
 from oracles.surface_trace import stack_amplitudes
 
+pytestmark = pytest.mark.filterwarnings("ignore:the data of medium")
 LINES = ((450.0, 1.0), (532.0, 0.7), (633.0, 2.0))
 LINE_LAMP = "lines:" + ",".join(f"{nm}*{power}" for nm, power in LINES)
 LIGHT = spectra.line_lamp(*LINES)
@@ -164,6 +165,21 @@ def test_the_sun_of_the_sky_lights_the_floor():
     assert error < 1e-3 * wanted
     assert mean == pytest.approx(wanted, rel=4e-3)
     assert total / np.pi * 0.5 < 0.5 * wanted  # the sun is most of it
+
+
+def test_two_skies_are_one_twice_as_bright():
+    """Their suns cover each other: both are seen, in mirrors and bare, as by the floor."""
+    once, half = {"environment": {"builtin": "sky"}}, {"environment": {"builtin": "sky", "radiance": 0.5}}
+    elevation, azimuth = np.radians(35.0), np.radians(-40.0)
+    sun = np.array([np.cos(elevation) * np.sin(azimuth), np.sin(elevation), -np.cos(elevation) * np.cos(azimuth)])
+    mirrored = sun * [1.0, -1.0, 1.0]
+    for objects, camera in (
+        ([sphere([0, -1e6, 0], 1.0, BLACK)], view([0, 0, 0], sun.tolist(), (3, 3), fov_deg=1.0)),
+        ([plane([0, -1, 0], [0, 1, 0], dielectric(1.5))], view([0, 0, 0], mirrored.tolist(), (3, 3), fov_deg=1.0)),
+        ([FLOOR], look_at()),
+    ):
+        one, two = (ir.render(build(objects, camera, lights, samples=16)).xyz for lights in ([once], [half, half]))
+        assert two == pytest.approx(one, rel=1e-5)
 
 
 # ---- through films ------------------------------------------------------------------------------------------------------
