@@ -1,11 +1,13 @@
 //! Stable solution of any stack of layers: complex, dispersive, absorbing or amplifying, coherent or not, at any angle.
 //!
 //! The road: `kz^2` without cancellation ([`crate::incidence`]), the fields marched up from the exit medium (`march`),
-//! both polarisations from one preparation ([`Solver`]), incoherent slabs as sums of powers (`slabs`).
+//! both polarisations from one preparation ([`Solver`]), incoherent slabs as sums of powers (`slabs`); whole arrays
+//! in vectors ([`sweep`]).
 
 mod march;
 mod slabs;
 mod solver;
+pub mod sweep;
 
 pub use crate::fresnel::{Amplitudes, Polarization};
 pub use solver::{Powers, Solver};

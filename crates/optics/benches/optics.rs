@@ -1,0 +1,120 @@
+//! How fast the optics are on this machine: `cargo bench -p iridesce-optics [-- NAME]`.
+//!
+//! Each job runs for a while on one thread (two where it says so); the best of many short runs is shown, since
+//! other work on the machine can only make a run longer. docs/performance.md says what bounds each.
+
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+use fearless_simd::Level;
+use iridesce_optics::stack::sweep::{Operand, Power, Sweep, SweepRequest, levels};
+use iridesce_optics::{Complex64, Polarization};
+
+/// Time given to each job.
+const PATIENCE: Duration = Duration::from_millis(1500);
+
+/// Runs `job` again and again; the rate of the fastest run in millions a second.
+fn best(elements: usize, mut job: impl FnMut()) -> f64 {
+    let begin = Instant::now();
+    let mut best = f64::INFINITY;
+    while begin.elapsed() < PATIENCE {
+        let start = Instant::now();
+        job();
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    elements as f64 / best / 1e6
+}
+
+fn report(name: &str, rate: f64) {
+    println!("{name:<60} {rate:>9.1} M/s");
+}
+
+fn range(from: f64, to: f64, count: usize) -> Vec<f64> {
+    (0..count).map(|i| from + (to - from) * i as f64 / (count - 1) as f64).collect()
+}
+
+fn real(n: f64) -> Vec<Complex64> {
+    vec![Complex64::new(n, 0.0)]
+}
+
+/// A stack over wavelengths x angles x thicknesses, the thicknesses the same for all layers.
+struct Grid {
+    indices: Vec<Vec<Complex64>>,
+    shape: [usize; 3],
+    wavelength_nm: Vec<f64>,
+    angle_deg: Vec<f64>,
+    thickness_nm: Vec<Vec<f64>>,
+}
+
+impl Grid {
+    fn new(indices: Vec<Vec<Complex64>>, thicknesses: usize, thickest_nm: f64) -> Grid {
+        let layers = indices.len() - 2;
+        Grid {
+            indices,
+            shape: [471, 90, thicknesses],
+            wavelength_nm: range(360.0, 830.0, 471),
+            angle_deg: range(0.0, 89.0, 90),
+            thickness_nm: (0..layers).map(|j| range(1.0, thickest_nm + 3.0 * j as f64, thicknesses)).collect(),
+        }
+    }
+
+    fn sweep(&self, power: Power, polarization: Polarization, level: Level) -> Sweep<'_> {
+        let request = SweepRequest {
+            power,
+            polarization,
+            indices: self.indices.iter().map(Vec::as_slice).collect(),
+            shape: &self.shape,
+            wavelength_nm: Operand { values: &self.wavelength_nm, strides: vec![1, 0, 0] },
+            angle_deg: Operand { values: &self.angle_deg, strides: vec![0, 1, 0] },
+            thickness_nm: self.thickness_nm.iter().map(|values| Operand { values, strides: vec![0, 0, 1] }).collect(),
+        };
+        Sweep::at_level(request, level).expect("covered by the kernels")
+    }
+
+    fn count(&self) -> usize {
+        self.shape.iter().product()
+    }
+}
+
+fn sweeps(chosen: &dyn Fn(&str) -> bool) {
+    let film = Grid::new(vec![real(1.0), real(1.33), real(1.0)], 200, 2000.0);
+    let coat = Grid::new(vec![real(1.0), real(1.38), real(1.52)], 200, 2000.0);
+    let oxide = Grid::new(vec![real(1.0), real(1.46), vec![Complex64::new(4.08, 0.028)]], 200, 2000.0);
+    let metal = Grid::new(vec![real(1.0), vec![Complex64::new(0.06, 3.6)], real(1.52)], 200, 80.0);
+    let mut ten = vec![real(1.0)];
+    ten.extend((0..10).map(|j| real(if j % 2 == 0 { 2.35 } else { 1.46 })));
+    ten.push(real(1.52));
+    let mut lossy = ten.clone();
+    for n in lossy.iter_mut().skip(1).step_by(2) {
+        n[0].im = 1e-3;
+    }
+    let (ten, lossy) = (Grid::new(ten, 10, 100.0), Grid::new(lossy, 10, 100.0));
+    let jobs = [
+        ("film 471 x 90 x 200, R unpolarised", &film, Power::Reflectance, Polarization::Unpolarized),
+        ("film 471 x 90 x 200, R of s", &film, Power::Reflectance, Polarization::S),
+        ("film 471 x 90 x 200, T unpolarised", &film, Power::Transmittance, Polarization::Unpolarized),
+        ("coat on glass 471 x 90 x 200, R unpolarised", &coat, Power::Reflectance, Polarization::Unpolarized),
+        ("oxide on silicon 471 x 90 x 200, R unpolarised", &oxide, Power::Reflectance, Polarization::Unpolarized),
+        ("silver film 471 x 90 x 200, R unpolarised", &metal, Power::Reflectance, Polarization::Unpolarized),
+        ("ten layers 471 x 90 x 10, R unpolarised", &ten, Power::Reflectance, Polarization::Unpolarized),
+        ("ten layers, five absorbing, R unpolarised", &lossy, Power::Reflectance, Polarization::Unpolarized),
+        ("ten layers, five absorbing, A unpolarised", &lossy, Power::Absorptance, Polarization::Unpolarized),
+    ];
+    for (name, grid, power, polarization) in jobs {
+        let mut out = vec![0.0; grid.count()];
+        for level in levels() {
+            let name = format!("{name}, {level:?}");
+            if chosen(&name) {
+                let sweep = grid.sweep(power, polarization, level);
+                report(&name, best(grid.count(), || sweep.evaluate(black_box(&mut out)).unwrap()));
+            }
+        }
+    }
+}
+
+fn main() {
+    // `cargo bench` passes --bench; other arguments are parts of names.
+    let wanted: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
+    let chosen = |name: &str| wanted.iter().all(|part| name.contains(part.as_str()));
+    sweeps(&chosen);
+}

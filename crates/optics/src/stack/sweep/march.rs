@@ -1,0 +1,193 @@
+//! The march of [`crate::stack`] with an evaluation a lane: both polarisations from one sine, cosine and exponential a layer.
+//!
+//! A layer that is lossless and lets light in at every row has real matrix elements; any other is taken as complex, its
+//! matrix times `exp(-|Im delta|)`, the logarithms added up. The sign that is lost with whole half turns of phase turns
+//! both fields over, which no power can tell.
+
+use fearless_simd::{Simd, prelude::*};
+
+use super::lanes::{LANES, Lane, exp_m1, sin_cos_pi, within_half_turn};
+
+/// A complex number a lane.
+pub(super) type Pair = [Lane; 2];
+/// A complex number in registers.
+type Complex<V> = [V; 2];
+
+/// One layer of a block of rows. For s the fields are `(E_y, H_x)`, for p `(H_y, E_x)`; `w` is 1 or n^2:
+/// what the sine is multiplied by, `w/kz` above and `kz/w` below the diagonal.
+#[derive(Debug, Clone)]
+pub(super) struct LayerRows {
+    /// Half turns of phase per nm, and nepers of decay per nm.
+    pub(super) rate: Lane,
+    pub(super) loss: Lane,
+    pub(super) over: [Pair; 2],
+    pub(super) under: [Pair; 2],
+}
+
+/// A block of rows: one wavelength and direction a lane.
+#[derive(Debug, Clone)]
+pub(super) struct StackRows {
+    /// `q` of the first medium (real) and of the last, of s and of p.
+    pub(super) first: [Lane; 2],
+    pub(super) last: [Pair; 2],
+    pub(super) layers: Vec<LayerRows>,
+    /// 1 where some layer absorbs, 0 where none does.
+    pub(super) absorbs: Lane,
+}
+
+impl StackRows {
+    pub(super) fn new(layers: usize) -> StackRows {
+        let pair = [Lane::ZERO; 2];
+        let layer = LayerRows { rate: Lane::ZERO, loss: Lane::ZERO, over: [pair; 2], under: [pair; 2] };
+        StackRows { first: [Lane::ZERO; 2], last: [pair; 2], layers: vec![layer; layers], absorbs: Lane::ZERO }
+    }
+
+    /// Every lane of `self` becomes the given row of `other`.
+    pub(super) fn repeat(&mut self, other: &StackRows, row: usize) {
+        let splat = |to: &mut Lane, from: &Lane| to.0 = [from.0[row]; LANES];
+        let splat_pair = |to: &mut Pair, from: &Pair| to.iter_mut().zip(from).for_each(|(to, from)| splat(to, from));
+        for polarization in 0..2 {
+            splat(&mut self.first[polarization], &other.first[polarization]);
+            splat_pair(&mut self.last[polarization], &other.last[polarization]);
+        }
+        splat(&mut self.absorbs, &other.absorbs);
+        for (to, from) in self.layers.iter_mut().zip(&other.layers) {
+            splat(&mut to.rate, &from.rate);
+            splat(&mut to.loss, &from.loss);
+            for polarization in 0..2 {
+                splat_pair(&mut to.over[polarization], &from.over[polarization]);
+                splat_pair(&mut to.under[polarization], &from.under[polarization]);
+            }
+        }
+    }
+}
+
+/// What is asked of a march.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Power {
+    /// What comes back.
+    Reflectance,
+    /// What passes.
+    Transmittance,
+    /// What stays in the layers.
+    Absorptance,
+}
+
+/// `c` and `s` of one layer: cos(delta) and sin(delta), both times exp(-|Im delta|).
+#[derive(Clone, Copy)]
+struct Turn<V> {
+    cos: Complex<V>,
+    sin: Complex<V>,
+}
+
+#[inline(always)]
+fn mul<S: Simd>(a: Complex<S::f64s>, b: Complex<S::f64s>) -> Complex<S::f64s> {
+    [a[0].mul_sub(b[0], a[1] * b[1]), a[0].mul_add(b[1], a[1] * b[0])]
+}
+
+/// The tangential fields of one polarisation.
+#[derive(Clone, Copy)]
+struct Field<V> {
+    e: Complex<V>,
+    h: Complex<V>,
+}
+
+impl<V: Copy> Field<V> {
+    /// Through a layer with real matrix elements.
+    #[inline(always)]
+    fn up_real<S: Simd<f64s = V>>(&mut self, cos: V, over: V, under: V)
+    where
+        V: SimdFloat<S>,
+    {
+        let (e, h) = (self.e, self.h);
+        self.e = [cos.mul_add(e[0], over * h[1]), cos.mul_sub(e[1], over * h[0])];
+        self.h = [cos.mul_add(h[0], under * e[1]), cos.mul_sub(h[1], under * e[0])];
+    }
+
+    /// Through any layer.
+    #[inline(always)]
+    fn up_complex<S: Simd<f64s = V>>(&mut self, cos: Complex<V>, over: Complex<V>, under: Complex<V>)
+    where
+        V: SimdFloat<S>,
+    {
+        let (c_e, c_h) = (mul::<S>(cos, self.e), mul::<S>(cos, self.h));
+        let (b, d) = (mul::<S>(over, self.h), mul::<S>(under, self.e));
+        self.e = [c_e[0] + b[1], c_e[1] - b[0]];
+        self.h = [c_h[0] + d[1], c_h[1] - d[0]];
+    }
+}
+
+#[inline(always)]
+fn load_pair<S: Simd>(simd: S, pair: &Pair, at: usize) -> Complex<S::f64s> {
+    [pair[0].load(simd, at), pair[1].load(simd, at)]
+}
+
+/// One answer a lane; NaN where fields left the range of a double (a long mirror), for the careful path to do.
+///
+/// `real` tells of each layer whether its matrix elements are; `FROM..UNTIL` picks the polarisations, s is 0 and p is 1.
+#[inline(always)]
+pub(super) fn march<S: Simd, const FROM: usize, const UNTIL: usize>(
+    simd: S,
+    rows: &StackRows,
+    real: &[bool],
+    thickness_nm: &[Lane],
+    power: Power,
+    out: &mut Lane,
+) {
+    for at in (0..LANES).step_by(S::f64s::LEN) {
+        let one = S::f64s::splat(simd, 1.0);
+        let zero = S::f64s::splat(simd, 0.0);
+        let mut fields = [Field { e: [one, zero], h: [zero, zero] }; 2];
+        for polarization in FROM..UNTIL {
+            fields[polarization].h = load_pair(simd, &rows.last[polarization], at);
+        }
+        let mut log = zero;
+        for ((layer, &is_real), length) in rows.layers.iter().zip(real).zip(thickness_nm).rev() {
+            let length = length.load(simd, at);
+            let (sin, cos) = sin_cos_pi(simd, within_half_turn(simd, layer.rate.load(simd, at), length));
+            if is_real {
+                for polarization in FROM..UNTIL {
+                    let over = layer.over[polarization][0].load(simd, at) * sin;
+                    let under = layer.under[polarization][0].load(simd, at) * sin;
+                    fields[polarization].up_real::<S>(cos, over, under);
+                }
+            } else {
+                let decay = layer.loss.load(simd, at) * length;
+                log = log + decay;
+                // cosh and sinh times exp(-decay); exp - 1 keeps the digits of sinh for thin layers.
+                let sinh = exp_m1(simd, decay * -2.0).0 * -0.5;
+                let cosh = one - sinh;
+                let turn = Turn { cos: [cos * cosh, -(sin * sinh)], sin: [sin * cosh, cos * sinh] };
+                for polarization in FROM..UNTIL {
+                    let over = mul::<S>(load_pair(simd, &layer.over[polarization], at), turn.sin);
+                    let under = mul::<S>(load_pair(simd, &layer.under[polarization], at), turn.sin);
+                    fields[polarization].up_complex::<S>(turn.cos, over, under);
+                }
+            }
+        }
+        let passed = if power == Power::Reflectance { one } else { exp_m1(simd, -log).1 };
+        let mut sum = zero;
+        for polarization in FROM..UNTIL {
+            let Field { e, h } = fields[polarization];
+            let q = rows.first[polarization].load(simd, at);
+            let (a, b) = (q.mul_add(e[0], h[0]), q.mul_add(e[1], h[1]));
+            let all = a.mul_add(a, b * b);
+            let value = match power {
+                Power::Reflectance => {
+                    let (a, b) = (q.mul_sub(e[0], h[0]), q.mul_sub(e[1], h[1]));
+                    (a.mul_add(a, b * b) / all).min(one)
+                }
+                // Factor by factor: the square of exp(-log) alone could underflow where T does not.
+                Power::Transmittance => rows.last[polarization][0].load(simd, at) * q * 4.0 / all * passed * passed,
+                Power::Absorptance => {
+                    let entering = e[0].mul_add(h[0], e[1] * h[1]);
+                    let leaving = rows.last[polarization][0].load(simd, at) * passed * passed;
+                    (entering - leaving) * q * 4.0 / all * rows.absorbs.load(simd, at)
+                }
+            };
+            let in_range = all.simd_gt(S::f64s::splat(simd, 1e-250)) & all.simd_lt(S::f64s::splat(simd, 1e250));
+            sum = sum + in_range.select(value, S::f64s::splat(simd, f64::NAN));
+        }
+        out.store::<S>(at, sum * (1.0 / (UNTIL - FROM) as f64));
+    }
+}
