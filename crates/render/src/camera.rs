@@ -48,6 +48,11 @@ impl RayCamera {
         }
     }
 
+    /// Whether its rays start at different places.
+    pub fn is_wide(&self) -> bool {
+        self.orthographic || self.lens.is_some()
+    }
+
     /// The ray through (`x`, `y`) in pixels, (0, 0) the top left corner of the picture; it passes the middle of the lens.
     #[inline(always)]
     pub fn ray(&self, x: f64, y: f64) -> Ray {

@@ -96,7 +96,7 @@ impl Sequence<'_> {
             let x2 = x * x;
             let (sine, cosine) = (x * polynomial(simd, x2, &SIN_PI), polynomial(simd, x2, &COS_PI));
             let exponent = q[1] * turns * -EXP2_PER_HALF_TURN;
-            left_out = left_out + exponent;
+            left_out += exponent;
             // exp(-2 Im delta); sums with it, halved, are cosh and sinh times exp(-Im delta).
             let decay = exp2(simd, exponent * 2.0);
             let (more, less) = ((decay + 1.0) * 0.5, (decay - 1.0) * 0.5);

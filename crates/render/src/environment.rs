@@ -95,7 +95,7 @@ impl MapSampler {
         let mut power = vec![0.0_f64; columns * rows];
         dispatch!(Level::new(), simd => measure(simd, maps, &mut power));
         // A tenth goes to every direction alike, so that what falls between the samples is not missed.
-        let solid: Vec<f64> = (0..rows).map(|row| solid_angle(row)).collect();
+        let solid: Vec<f64> = (0..rows).map(solid_angle).collect();
         let all: f64 = power.iter().enumerate().map(|(i, p)| p * solid[i / columns]).sum();
         let floor = 0.1 * all / (4.0 * std::f64::consts::PI);
         let (mut row_sums, mut cells) = (Vec::with_capacity(rows), Vec::with_capacity(columns * rows));
@@ -153,16 +153,16 @@ fn measure<S: Simd>(simd: S, maps: &[(MapLookup, f32)], power: &mut [f64]) {
     let [columns, rows] = GRID;
     for (i, cell) in power.iter_mut().enumerate() {
         let mut directions = [[0.0_f32; LANES]; 3];
-        for lane in 0..LANES {
+        let [x, y, z] = &mut directions;
+        for (lane, ((x, y), z)) in x.iter_mut().zip(y).zip(z).enumerate() {
             let across = (i % columns) as f64 + ((lane % 4) as f64 + 0.5) / 4.0;
             let down = (i / columns) as f64 + ((lane / 4) as f64 + 0.5) / 4.0;
             let azimuth = std::f64::consts::TAU * (across / columns as f64 - 0.5);
             let colatitude = std::f64::consts::PI * down / rows as f64;
             let level = colatitude.sin();
-            let direction = [level * azimuth.sin(), colatitude.cos(), -level * azimuth.cos()];
-            for c in 0..3 {
-                directions[c][lane] = direction[c] as f32;
-            }
+            *x = (level * azimuth.sin()) as f32;
+            *y = colatitude.cos() as f32;
+            *z = (-level * azimuth.cos()) as f32;
         }
         let directions = [directions[0].simd_into(simd), directions[1].simd_into(simd), directions[2].simd_into(simd)];
         for (lookup, factor) in maps {

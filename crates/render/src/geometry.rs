@@ -95,23 +95,6 @@ impl Shape {
         }
     }
 
-    /// Whether a point lies in what the shape encloses (behind a plane); open shapes enclose nothing.
-    pub fn encloses(&self, point: Vec3) -> bool {
-        match self {
-            Shape::Sphere { center, radius, .. } => (point - *center).length_squared() < radius * radius,
-            Shape::Plane { point: own, normal } => (point - *own).dot(*normal) < 0.0,
-            _ => false,
-        }
-    }
-
-    /// How much it encloses, to order what lies within one another.
-    pub fn size(&self) -> f64 {
-        match self {
-            Shape::Sphere { radius, .. } => *radius,
-            _ => f64::INFINITY,
-        }
-    }
-
     /// A direction from `origin` to a random place of the shape, and its probability per solid angle. `None` for what
     /// is not drawn from: planes and caps, and spheres from within.
     #[inline(always)]
@@ -281,9 +264,16 @@ fn back_onto_sphere(outward: Vec3) -> Vec3 {
 /// The nearest hit of a ray among all shapes; `leaving` is the object it starts on, if any.
 #[inline(always)]
 pub fn nearest(shapes: &[Shape], ray: &Ray, leaving: Option<usize>) -> Option<Hit> {
+    nearest_of(shapes, ray, leaving, |_| true)
+}
+
+/// [`nearest`] among some of the shapes only.
+#[inline(always)]
+pub fn nearest_of(shapes: &[Shape], ray: &Ray, leaving: Option<usize>, counts: impl Fn(usize) -> bool) -> Option<Hit> {
     let mut best: Option<(usize, f64)> = None;
     for (object, shape) in shapes.iter().enumerate() {
-        if let Some(distance) = shape.distance(ray, leaving == Some(object))
+        if counts(object)
+            && let Some(distance) = shape.distance(ray, leaving == Some(object))
             && best.is_none_or(|(_, d)| distance < d)
         {
             best = Some((object, distance));
@@ -347,7 +337,6 @@ mod tests {
         let plane = Shape::new(&SceneShape::Plane { point: [0.0, -1.0, 0.0], normal: [0.0, 1.0, 0.0] });
         let hit = nearest(&[plane], &ray([0.0, 2.0, 0.0], [4.0, -3.0, 0.0]), None).unwrap();
         assert!((hit.point.x - 4.0).abs() < 1e-14 && (hit.point.y + 1.0).abs() < 1e-14 && hit.normal.y == 1.0);
-        assert!(plane.encloses(Vec3::new(0.0, -1.1, 0.0)) && !plane.encloses(Vec3::new(0.0, -0.9, 0.0)));
     }
 
     /// A cap bulges towards its axis, a hollow one away from it; both have their normal along the axis at the vertex.

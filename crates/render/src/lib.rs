@@ -3,6 +3,7 @@
 pub mod framebuffer;
 pub mod image;
 
+mod bodies;
 mod camera;
 mod coating;
 mod complex;

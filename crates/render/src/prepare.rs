@@ -4,7 +4,8 @@ use iridesce_optics::color::{Illuminant, rgb_basis};
 use iridesce_optics::{Medium, OpticsError};
 use iridesce_scene::{EnvironmentSource, Light, Scene, Surface, ThicknessField, Unit};
 
-use crate::camera::RayCamera;
+use crate::bodies::within;
+use crate::camera::{Ray, RayCamera};
 use crate::coating::IndexTable;
 use crate::film::FilmTable;
 use crate::framebuffer::{RenderError, RenderOptions};
@@ -33,7 +34,9 @@ pub struct Prepared {
     pub names: Vec<String>,
     pub media: Media,
     /// What the camera is within.
-    pub camera_within: Within,
+    camera_within: Within,
+    /// Its rays start at different places, which may lie within different media.
+    is_camera_wide: bool,
     /// The same spectra ever finer: a pixel takes the coarsest that resolves the fringes it shows.
     pub levels: Vec<Spectra>,
 }
@@ -176,6 +179,7 @@ impl Prepared {
         }
         let camera = RayCamera::new(&scene.camera, width, height);
         let camera_within = within(&shapes, &materials.list, scene.camera.position.into());
+        let has_media = materials.list.iter().any(|material| matches!(material, Material::Coating(_)));
         Ok(Prepared {
             camera,
             width,
@@ -184,6 +188,7 @@ impl Prepared {
             seed: options.seed.unwrap_or(scene.render.seed),
             max_depth: scene.render.max_depth,
             camera_within,
+            is_camera_wide: has_media && camera.is_wide(),
             shapes,
             expected_shares: materials.list.iter().map(|own| own.expected_share(&materials.matt)).collect(),
             names: scene.objects.iter().map(|object| object.name.clone()).collect(),
@@ -195,6 +200,12 @@ impl Prepared {
 }
 
 impl Prepared {
+    /// The media that a camera ray starts in.
+    #[inline(always)]
+    pub fn within(&self, ray: &Ray) -> Within {
+        if self.is_camera_wide { within(&self.shapes, &self.materials, ray.origin) } else { self.camera_within }
+    }
+
     /// What a scene is told whose rays run into trouble.
     pub fn complaint(&self, trouble: Trouble) -> RenderError {
         let medium = |number: u8| match number {
@@ -288,20 +299,6 @@ fn number_of(media: &mut Media, medium: &Medium) -> Result<u8, RenderError> {
             medium.name()
         ))
     })
-}
-
-/// The media around a point, found from the shapes that enclose it, the largest first.
-fn within(shapes: &[Shape], materials: &[Material], point: Vec3) -> Within {
-    let mut around: Vec<(f64, u8)> = shapes
-        .iter()
-        .zip(materials)
-        .filter_map(|(shape, material)| match material {
-            Material::Coating(coating) if shape.encloses(point) => Some((shape.size(), coating.substrate)),
-            _ => None,
-        })
-        .collect();
-    around.sort_by(|a, b| b.0.total_cmp(&a.0));
-    around.iter().try_fold(Within::default(), |within, &(_, medium)| within.entered(medium)).unwrap_or_default()
 }
 
 /// The choices of nodes, ever finer, until the fringes of the thickest film are resolved.

@@ -128,6 +128,8 @@ pub struct Bands {
     /// The nodes at the ends of the spectrum.
     pub ends: [usize; 2],
     list: Vec<Band>,
+    /// The weights of no band at all: zeros.
+    pub none: Vec<Lanes>,
 }
 
 /// A band of neighbouring nodes.
@@ -179,7 +181,7 @@ impl Bands {
         let middle = used.clone().min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let by_wavelength = |a: &usize, b: &usize| nodes.wavelength_nm[*a].total_cmp(&nodes.wavelength_nm[*b]);
         let ends = [used.clone().min_by(by_wavelength), used.max_by(by_wavelength)].map(|end| end.unwrap_or(0));
-        Bands { middle: middle.unwrap_or(0), ends, list }
+        Bands { middle: middle.unwrap_or(0), ends, list, none: vec![Lanes::ZERO; importance.len()] }
     }
 
     /// The band that a random number in [0, 1) chooses.

@@ -368,5 +368,10 @@ fn an_illuminant_may_be_a_table_beside_the_scene() {
 fn built_in_scenes_are_texts_to_start_from() {
     assert!(builtin_text("soap-bubble").unwrap().contains("builtin = \"studio\""));
     assert!(builtin_text("soap-buble").unwrap_err().message.contains("did you mean \"soap-bubble\""));
-    assert!(Scene::builtin("newtons-rings").unwrap_err().message.contains("soap-bubble"));
+    assert!(Scene::builtin("kaleidoscope").unwrap_err().message.contains("soap-bubble"));
+    for name in iridesce_scene::builtin_names() {
+        let scene = Scene::builtin(name).unwrap();
+        let again = Scene::from_node(scene.tree(), Origin::default()).unwrap();
+        assert_eq!(scene.to_json(), again.to_json(), "{name}");
+    }
 }

@@ -5,11 +5,14 @@
 
 use fearless_simd::Simd;
 
-use super::{FAINT, Fate, Path, Sums, Target, Tracer};
+use super::{FAINT, Fate, LATE_CHANCE, Path, Sums, Target, Tracer};
 use crate::geometry::Hit;
 use crate::media::Within;
 use crate::sampler::Choices;
 use crate::vector::Vec3;
+
+/// So many hits beyond `max_depth` a walk is taken to be caught for good, as by total reflection in clear glass.
+const LONG_WALK: u32 = 100;
 
 /// How the branch that passes a surface goes on.
 pub(super) struct Onward {
@@ -132,6 +135,10 @@ impl Tracer<'_> {
             // From here on the walk is a game of chance at the luminance it has now. A fixed chance would not do: at
             // grazing angles hardly anything is lost at a hit, and weights would grow without bound.
             path.floor = luminance.max(FAINT);
+        }
+        if path.hits > self.scene.max_depth.saturating_add(LONG_WALK) {
+            // Nearly all of the light stays on a walk that is still going: where total reflection keeps it in, for ever.
+            path.floor = path.floor.max(luminance / LATE_CHANCE);
         }
         if luminance >= path.floor {
             return true;

@@ -8,7 +8,7 @@
 use fearless_simd::{Simd, f32x16, prelude::*};
 
 use super::leaving::Share;
-use super::{FAINT, Fate, Path, Scattered, Sums, Target, Tracer, Trouble};
+use super::{FAINT, Fate, LATE_CHANCE, Path, Scattered, Sums, Target, Tracer, Trouble};
 use crate::camera::Ray;
 use crate::geometry::{Hit, cone_direction, frame, nearest};
 use crate::prepare::Material;
@@ -21,9 +21,6 @@ const FLOOR_SHARE: f32 = 0.25;
 
 /// Most emitters that are all asked at every matt hit; of more, one is.
 const ALL_EMITTERS: usize = 4;
-
-/// Chance to go on after a matt hit beyond `max_depth`: without it a walk among perfect whites would never end.
-const LATE_CHANCE: f32 = 0.95;
 
 /// A light that a matt place asks.
 #[derive(Clone, Copy)]

@@ -24,6 +24,7 @@ use fearless_simd::{Simd, f32x16, prelude::*};
 
 use self::leaving::{Leaving, Share};
 use crate::camera::Ray;
+use crate::film::exp2;
 use crate::geometry::{Hit, frame, nearest};
 use crate::lanes::Lanes;
 use crate::media::Within;
@@ -35,6 +36,10 @@ use crate::vector::Vec3;
 /// Luminance (of 1 at the camera) below which a branch survives only by chance. One such choice makes noise of at most
 /// half of this times the deviation of the light from its mean; docs/performance.md has the trade against time.
 const FAINT: f32 = 2e-4;
+
+/// Chance to go on at hits beyond `max_depth` where hardly anything may be lost, matt ones and those of very long walks:
+/// without it a walk among perfect whites, or within perfect mirrors, would never end.
+const LATE_CHANCE: f32 = 0.95;
 
 /// Planes of incidence closer than this (sine of the angle between them) count as one: the second-order error is 1e-10.
 const SAME_PLANE: f64 = 1e-5;
@@ -172,7 +177,7 @@ impl<'a> Tracer<'a> {
         let scene = self.scene;
         let lights = &self.spectra.lights;
         let Some(hit) = nearest(&scene.shapes, &ray, None) else {
-            if self.is_dark(scene.camera_within) {
+            if self.is_dark(scene.within(&ray)) {
                 return true;
             }
             for c in 0..3 {
@@ -196,7 +201,7 @@ impl<'a> Tracer<'a> {
             slot,
             hits: 0,
             floor: FAINT,
-            within: scene.camera_within,
+            within: scene.within(&ray),
             in_plane: true,
             is_natural: true,
             band: None,
@@ -246,10 +251,11 @@ impl<'a> Tracer<'a> {
     fn attenuate<S: Simd>(&mut self, simd: S, path: &Path) {
         let Some(rate) = &self.spectra.attenuation[usize::from(path.within.innermost())] else { return };
         let distance = path.hit.distance as f32;
-        for component in 0..if path.in_plane { 2 } else { 4 } {
-            for block in 0..self.blocks {
+        let components = if path.in_plane { 2 } else { 4 };
+        for (block, rate) in rate.iter().enumerate() {
+            let passes = exp2(simd, rate.load(simd) * -distance);
+            for component in 0..components {
                 let at = self.at(path.slot, component, block);
-                let passes = crate::film::exp2(simd, rate[block].load(simd) * -distance);
                 let left = self.arena[at].load(simd) * passes;
                 self.arena[at].store(left);
             }

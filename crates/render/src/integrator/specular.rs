@@ -7,10 +7,8 @@ use super::{Fate, Path, SAME_PLANE, Scattered, Sums, Target, Tracer, Trouble};
 use crate::coating::{IndexTable, LayersAt, Sequence};
 use crate::film::{Beam, Mueller, Response};
 use crate::lanes::Lanes;
-use crate::media::Within;
 use crate::prepare::{CoatedSurface, FilmSurface};
 use crate::sampler::Choices;
-use crate::spectral::Band;
 use crate::vector::Vec3;
 
 /// Directions of one refracted path that differ by less than this over the spectrum (radians) count as one: a tenth of
@@ -19,11 +17,11 @@ const SAME_DIRECTION: f64 = 1e-4;
 
 /// The refracted branch of a hit.
 struct Refracted<'a> {
-    direction: Vec3,
-    within: Within,
+    /// `None` beyond the critical angle.
+    direction: Option<Vec3>,
     band: Option<u8>,
     /// What of the spectrum goes on, where a prism has parted it just here.
-    thinned: Option<&'a Band>,
+    thinned: Option<&'a [Lanes]>,
 }
 
 impl<'a> Tracer<'a> {
@@ -120,27 +118,28 @@ impl<'a> Tracer<'a> {
         path.is_natural = false;
 
         let mirror = direction - hit.normal * (2.0 * along);
-        let refracted = if coating.is_opaque {
-            None
-        } else {
+        let mut refracted = Refracted { direction: None, band: path.band, thinned: None };
+        let (mut passed, mut expected) = (Fate::Lost, 1.0);
+        if !coating.is_opaque {
             let facing = if is_from_front { hit.normal } else { -hit.normal };
             let media = [&spectra.media[usize::from(outer)], &spectra.media[usize::from(exit)]];
-            self.refract(path, facing, cos_theta, media, beyond, choices)
-        };
+            refracted = self.refract(path, facing, cos_theta, media, choices);
+            if let Some(direction) = refracted.direction {
+                passed = self.fate(&hit, direction, beyond, None);
+            }
+            if refracted.thinned.is_some() {
+                // By where the middle of the spectrum goes, not the chosen band: the estimate must not hang on the choice.
+                expected = match bent(direction, facing, cos_theta, media, spectra.bands.middle) {
+                    Some(middle) => self.expected_share(self.fate(&hit, middle, beyond, None)),
+                    None => 1.0,
+                };
+            }
+        }
         let mirrored = self.fate(&hit, mirror, within, None);
-        let passed = match &refracted {
-            Some(branch) => self.fate(&hit, branch.direction, branch.within, None),
-            None => Fate::Lost,
-        };
         self.make_room(simd, 2);
-        let passed_direction = refracted.as_ref().map_or(direction, |branch| branch.direction);
+        let passed_direction = refracted.direction.unwrap_or(direction);
         let to = self.targets(path, (mirrored, mirror), (passed, passed_direction, None));
-        let expected = match passed {
-            Fate::GoesOn(next) => self.scene.expected_shares[next.object],
-            Fate::Leaves => 1.0,
-            Fate::Glows(..) | Fate::Lost => 0.0,
-        };
-        let thinned = refracted.as_ref().and_then(|branch| branch.thinned).map(|band| (band, expected));
+        let thinned = refracted.thinned.map(|weights| (weights, expected));
 
         let thicknesses = std::mem::take(&mut self.thicknesses);
         let tables = &spectra.coatings[coating.number];
@@ -155,12 +154,7 @@ impl<'a> Tracer<'a> {
         let (mirrored_y, passed_y) = self.split_coating(simd, path, &sequence, cos_theta as f32, to, thinned, sums);
         self.thicknesses = thicknesses;
 
-        let onward = match &refracted {
-            Some(branch) => {
-                Onward { direction: branch.direction, within: branch.within, band: branch.band, is_scattered: false }
-            }
-            None => Onward { direction, within, band: path.band, is_scattered: false },
-        };
+        let onward = Onward { direction: passed_direction, within: beyond, band: refracted.band, is_scattered: false };
         self.follow(simd, path, [mirrored, passed], to, mirror, &onward, [mirrored_y, passed_y], sums, choices)
     }
 
@@ -171,34 +165,48 @@ impl<'a> Tracer<'a> {
         path: &Path,
         facing: Vec3,
         cos_theta: f64,
-        [outer, exit]: [&IndexTable; 2],
-        within: Within,
+        media: [&IndexTable; 2],
         choices: &mut Choices,
-    ) -> Option<Refracted<'a>> {
+    ) -> Refracted<'a> {
         let bands = &self.spectra.bands;
-        let ratio = |node: usize| outer.n_at(node) / exit.n_at(node);
+        let (mut band, mut thinned, mut node) = (path.band, None, bands.middle);
+        if band.is_none() && self.is_parted(cos_theta, media) {
+            let chosen = bands.choose(choices.pair().0);
+            band = Some(chosen as u8);
+            thinned = Some(&bands.band(chosen).weight[..]);
+        }
+        if let Some(band) = band {
+            node = bands.band(usize::from(band)).middle;
+        }
+        let direction = bent(path.direction, facing, cos_theta, media, node);
+        if direction.is_none() {
+            // A little may pass at other nodes than the one that tells the direction: it finds the mean light.
+            thinned = Some(&bands.none[..]);
+        }
+        Refracted { direction, band, thinned }
+    }
+
+    /// Whether a surface parts the wavelengths of a path.
+    #[inline(always)]
+    fn is_parted(&self, cos_theta: f64, media: [&IndexTable; 2]) -> bool {
+        let bands = &self.spectra.bands;
         let sine2 = (1.0 - cos_theta * cos_theta).max(0.0);
-        let cosine2 = |ratio: f64| 1.0 - ratio * ratio * sine2;
-        let (mut band, mut thinned) = (path.band, None);
-        let middle = ratio(bands.middle);
-        if band.is_none() {
-            // Indices are smooth: their ratio at the ends of the spectrum tells how far the directions spread.
-            let [first, last] = bands.ends.map(ratio);
-            let spread = (first - last).abs() * sine2.sqrt();
-            let least = cosine2(first).min(cosine2(last)).min(cosine2(middle));
-            if spread > 0.0 && (least <= 0.0 || spread > SAME_DIRECTION * least.sqrt()) {
-                let chosen = bands.choose(choices.pair().0);
-                band = Some(chosen as u8);
-                thinned = Some(bands.band(chosen));
-            }
+        // Indices are smooth: their ratio at the ends of the spectrum tells how far the directions spread.
+        let [first, last, middle] = [bands.ends[0], bands.ends[1], bands.middle].map(|node| ratio(media, node));
+        let spread = (first - last).abs() * sine2.sqrt();
+        let most = first.max(last).max(middle);
+        let least = 1.0 - most * most * sine2;
+        spread > 0.0 && (least <= 0.0 || spread > SAME_DIRECTION * least.sqrt())
+    }
+
+    /// What share of the mean light a branch is expected to find.
+    #[inline(always)]
+    fn expected_share(&self, fate: Fate) -> f32 {
+        match fate {
+            Fate::GoesOn(next) => self.scene.expected_shares[next.object],
+            Fate::Leaves => 1.0,
+            Fate::Glows(..) | Fate::Lost => 0.0,
         }
-        let ratio = band.map_or(middle, |band| ratio(bands.band(usize::from(band)).middle));
-        let cosine2 = cosine2(ratio);
-        if cosine2 <= 0.0 {
-            return None;
-        }
-        let direction = (path.direction * ratio + facing * (ratio * cos_theta - cosine2.sqrt())).normalized();
-        Some(Refracted { direction, within, band, thinned })
     }
 
     /// Where both branches of a hit write their spectra; a second slot is taken where both go on.
@@ -329,7 +337,7 @@ impl<'a> Tracer<'a> {
         sequence: &Sequence<'_>,
         cos_theta: f32,
         to: [Target; 2],
-        thinned: Option<(&Band, f32)>,
+        thinned: Option<(&[Lanes], f32)>,
         sums: &mut Sums<S>,
     ) -> (f32, f32) {
         let zero = f32x16::splat(simd, 0.0);
@@ -353,7 +361,7 @@ impl<'a> Tracer<'a> {
         block: usize,
         response: &Response<S>,
         to: [Target; 2],
-        thinned: Option<(&Band, f32)>,
+        thinned: Option<(&[Lanes], f32)>,
         mut xyz: [f32x16<S>; 3],
         mut luminance: [f32x16<S>; 2],
     ) -> ([f32x16<S>; 3], [f32x16<S>; 2]) {
@@ -371,9 +379,9 @@ impl<'a> Tracer<'a> {
         let matrices: [&Mueller<S>; 2] = [&response.reflect, &response.transmit];
         for branch in 0..2 {
             let mut out = matrices[branch].carry(&w);
-            if let (1, Some((band, expected))) = (branch, thinned) {
-                // What the other bands are expected to find is added for certain.
-                let weight = band.weight[block].load(simd);
+            if let (1, Some((weights, expected))) = (branch, thinned) {
+                // What the other bands are expected to find is added for certain, whatever this one finds.
+                let weight = weights[block].load(simd);
                 let before = out.s + out.p;
                 out = Beam { s: out.s * weight, p: out.p * weight, u: out.u * weight, v: out.v * weight };
                 xyz = self.add_mean(simd, block, (before - (out.s + out.p)) * expected, xyz);
@@ -389,6 +397,20 @@ impl<'a> Tracer<'a> {
         }
         (xyz, luminance)
     }
+}
+
+/// The index of the medium before a surface over that of the one beyond it.
+#[inline(always)]
+fn ratio([outer, exit]: [&IndexTable; 2], node: usize) -> f64 {
+    outer.n_at(node) / exit.n_at(node)
+}
+
+/// Snell's law at a node; `None` beyond the critical angle.
+#[inline(always)]
+fn bent(direction: Vec3, facing: Vec3, cos_theta: f64, media: [&IndexTable; 2], node: usize) -> Option<Vec3> {
+    let ratio = ratio(media, node);
+    let cosine2 = 1.0 - ratio * ratio * (1.0 - cos_theta * cos_theta).max(0.0);
+    (cosine2 > 0.0).then(|| (direction * ratio + facing * (ratio * cos_theta - cosine2.sqrt())).normalized())
 }
 
 /// The four components of a slot.
