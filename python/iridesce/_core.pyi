@@ -145,9 +145,7 @@ def stack_fields(
 def color_weights(
     illuminant: Illuminant, observer: str, wavelength_nm: _F64 | None, parts: int
 ) -> tuple[_F64, _F64, tuple[float, float, float], int]: ...
-def color_jacobian(
-    xyz: _F64, space: str, white: tuple[float, float, float], adaptation: str | None
-) -> _F64: ...
+def color_jacobian(xyz: _F64, space: str, white: tuple[float, float, float], adaptation: str | None) -> _F64: ...
 
 # --- thickness
 
