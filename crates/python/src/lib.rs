@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 
 mod color;
+mod detail;
 mod medium;
 mod render;
 mod scene;
@@ -15,6 +16,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     medium::register(module)?;
     stack::register(module)?;
     color::register(module)?;
+    detail::register(module)?;
     thickness::register(module)?;
     scene::register(module)?;
     render::register(module)
