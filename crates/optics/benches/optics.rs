@@ -78,6 +78,8 @@ impl Grid {
 
 fn sweeps(chosen: &dyn Fn(&str) -> bool) {
     let film = Grid::new(vec![real(1.0), real(1.33), real(1.0)], 200, 2000.0);
+    let mut small = Grid::new(vec![real(1.0), real(1.33), real(1.0)], 200, 2000.0);
+    small.shape[0] = 5;
     let coat = Grid::new(vec![real(1.0), real(1.38), real(1.52)], 200, 2000.0);
     let oxide = Grid::new(vec![real(1.0), real(1.46), vec![Complex64::new(4.08, 0.028)]], 200, 2000.0);
     let metal = Grid::new(vec![real(1.0), vec![Complex64::new(0.06, 3.6)], real(1.52)], 200, 80.0);
@@ -91,6 +93,7 @@ fn sweeps(chosen: &dyn Fn(&str) -> bool) {
     let (ten, lossy) = (Grid::new(ten, 10, 100.0), Grid::new(lossy, 10, 100.0));
     let jobs = [
         ("film 471 x 90 x 200, R unpolarised", &film, Power::Reflectance, Polarization::Unpolarized),
+        ("film 5 x 90 x 200, R unpolarised", &small, Power::Reflectance, Polarization::Unpolarized),
         ("film 471 x 90 x 200, R of s", &film, Power::Reflectance, Polarization::S),
         ("film 471 x 90 x 200, T unpolarised", &film, Power::Transmittance, Polarization::Unpolarized),
         ("coat on glass 471 x 90 x 200, R unpolarised", &coat, Power::Reflectance, Polarization::Unpolarized),

@@ -69,16 +69,13 @@ pub struct SweepRequest<'a> {
 pub struct Sweep<'a> {
     power: Power,
     polarization: Polarization,
-    indices: Vec<&'a [Complex64]>,
+    media: Media<'a>,
     /// Wavelength, angle, then the thickness of each layer.
     values: Vec<&'a [f64]>,
     axes: Vec<Axis>,
     count: usize,
     directions: Option<Vec<Incidence>>,
-    thickest_nm: Vec<f64>,
     kernel: Kernel,
-    /// Of each layer whether its matrix is real in every row.
-    real: Vec<bool>,
     level: Level,
 }
 
@@ -126,28 +123,29 @@ impl<'a> Sweep<'a> {
         if !sound {
             return None;
         }
-        let media = Media::look_at(&indices, wavelengths.len(), angles)?;
+        let mut media = Media::look_at(&indices, wavelengths.len(), angles)?;
+        for (operand, &medium) in operands[2..].iter().zip(&media.of[1..]) {
+            let thickest = operand.values.iter().copied().fold(0.0, f64::max);
+            media.thickest_nm[medium] = media.thickest_nm[medium].max(thickest);
+        }
         let kernel = match power {
             Power::Absorptance if !media.absorbs => Kernel::Zero,
-            _ if layers == 1 && media.real == [true] && media.last_is_real => Kernel::Film,
+            _ if layers == 1 && media.real[media.of[1]] && media.real[media.of[2]] => Kernel::Film,
             _ => Kernel::March,
         };
         let directions = (angles.len() <= MOST_DIRECTIONS)
             .then(|| angles.iter().map(|&angle| Incidence::from_degrees(angle)).collect::<Result<_, _>>())
             .transpose()
             .ok()?;
-        let thickest_nm = operands[2..].iter().map(|o| o.values.iter().copied().fold(0.0, f64::max)).collect();
         Some(Sweep {
             power,
             polarization,
-            indices,
+            media,
             axes: axes_of(shape, &operands),
             values: operands.iter().map(|operand| operand.values).collect(),
             count,
             directions,
-            thickest_nm,
             kernel,
-            real: media.real,
             level,
         })
     }
@@ -157,7 +155,7 @@ impl<'a> Sweep<'a> {
         if out.len() != self.count {
             return None;
         }
-        let most = (TASK_WORK / (self.real.len() + 1)).max(1);
+        let most = (TASK_WORK / (self.media.of.len() - 1)).max(1);
         // The first axis whose sub-arrays are small enough is cut; the ones before it are walked.
         let cut = (0..self.axes.len()).find(|&a| self.axes[a].out <= most).unwrap_or(self.axes.len());
         let mut walk = Walk::new(&self.axes[..cut], vec![0; self.values.len()]);
@@ -201,13 +199,15 @@ impl<'a> Sweep<'a> {
     fn run_with<S: Simd>(&self, simd: S, task: &mut SweepTask<'_>) -> Result<(), OpticsError> {
         let (row_axes, inner_axes) = split(&task.axes);
         let mut inner = Inner::new(&inner_axes, &row_axes, &task.offsets, &self.values[2..]);
-        let mut walk = Walk::new(&row_axes, task.offsets.clone());
+        // Thicknesses that are the same in every row need not be walked.
+        let walked = if inner.moves() { self.values.len() } else { 2 };
+        let mut walk = Walk::new(&row_axes, task.offsets[..walked].to_vec());
         let many = match self.kernel {
             Kernel::March if walk.left >= LANES => MANY_THICKNESSES,
             _ => LANES,
         };
         let along_inner = inner.is_contiguous() && inner.len() >= many;
-        let mut desk = Desk::new(self);
+        let mut desk = Desk::new(self, walked);
         while walk.left > 0 {
             let rows = self.gather(&mut walk, &mut desk)?;
             self.prepare(simd, &mut desk);
@@ -241,7 +241,7 @@ impl<'a> Sweep<'a> {
                 None => Incidence::from_degrees(self.values[1][angle_at])?,
             };
             desk.block.set(lane, self.values[0][at], incidence);
-            for (medium, table) in self.indices.iter().enumerate() {
+            for (medium, table) in self.media.tables.iter().enumerate() {
                 // (Those that hold at all wavelengths have been on the desk from the beginning.)
                 if table.len() > 1 {
                     desk.block.set_index(medium, lane, table[at]);
@@ -254,13 +254,14 @@ impl<'a> Sweep<'a> {
     #[inline(always)]
     fn prepare<S: Simd>(&self, simd: S, desk: &mut Desk) {
         desk.block.wavenumbers(simd);
-        desk.block.find_odd(simd, &self.thickest_nm);
+        desk.block.find_odd(simd, &self.media.thickest_nm);
         match self.kernel {
             Kernel::Film => {
                 let (from, until) = self.parts();
-                desk.block.film(simd, from, until, self.power == Power::Transmittance, &mut desk.film);
+                let media = [self.media.of[0], self.media.of[1], self.media.of[2]];
+                desk.block.film(simd, media, from, until, self.power == Power::Transmittance, &mut desk.film);
             }
-            _ => desk.block.stack(simd, &self.real, &mut desk.stack),
+            _ => desk.block.stack(simd, &self.media.of, &self.media.real, &mut desk.stack),
         }
     }
 
@@ -282,7 +283,7 @@ impl<'a> Sweep<'a> {
         inner: &mut Inner,
         out: &mut [f64],
     ) -> Result<(), OpticsError> {
-        inner.move_to(&desk.offsets[row][2..], &self.values[2..]);
+        inner.move_to(&desk.offsets[row], &self.values[2..]);
         let out = &mut out[desk.out[row]..][..inner.len()];
         if desk.block.odd[row] {
             for (element, value) in out.iter_mut().enumerate() {
@@ -370,10 +371,11 @@ impl<'a> Sweep<'a> {
 
     #[inline(always)]
     fn march<S: Simd>(&self, simd: S, rows: &StackRows, thickness_nm: &[Lane], out: &mut Lane) {
+        let (real, layers) = (&self.media.real, &self.media.of[1..self.media.of.len() - 1]);
         match self.polarization {
-            Polarization::S => march::<S, 0, 1>(simd, rows, &self.real, thickness_nm, self.power, out),
-            Polarization::P => march::<S, 1, 2>(simd, rows, &self.real, thickness_nm, self.power, out),
-            Polarization::Unpolarized => march::<S, 0, 2>(simd, rows, &self.real, thickness_nm, self.power, out),
+            Polarization::S => march::<S, 0, 1>(simd, rows, layers, real, thickness_nm, self.power, out),
+            Polarization::P => march::<S, 1, 2>(simd, rows, layers, real, thickness_nm, self.power, out),
+            Polarization::Unpolarized => march::<S, 0, 2>(simd, rows, layers, real, thickness_nm, self.power, out),
         }
     }
 
@@ -381,7 +383,7 @@ impl<'a> Sweep<'a> {
     #[cold]
     #[inline(never)]
     fn carefully(&self, desk: &mut Desk, row: usize) -> Result<f64, OpticsError> {
-        for (medium, index) in desk.indices.iter_mut().enumerate() {
+        for (index, &medium) in desk.indices.iter_mut().zip(&self.media.of) {
             *index = desk.block.index(medium, row);
         }
         let (wavelength_nm, incidence) = (desk.block.wavelength_nm.0[row], desk.block.incidence[row]);
@@ -394,23 +396,42 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// What can be told of the media before any row is looked at.
-struct Media {
+/// The media, each different one once: a mirror of a hundred layers has two, and their wavenumbers are worked out once.
+#[derive(Debug)]
+struct Media<'a> {
+    /// Index of each different medium at every wavelength, or a single one that holds at all of them.
+    tables: Vec<&'a [Complex64]>,
+    /// Which of the tables each medium of the stack has, first to last.
+    of: Vec<usize>,
+    /// Of each table whether it is lossless and lets light in at every row.
     real: Vec<bool>,
-    last_is_real: bool,
+    /// Of each table the thickest layer; less than nothing where it is of no layer and not the last medium.
+    thickest_nm: Vec<f64>,
+    /// Whether some layer absorbs at some wavelength.
     absorbs: bool,
 }
 
-impl Media {
+impl<'a> Media<'a> {
     /// `None` for indices that are not allowed or that the kernels do not cover.
-    fn look_at(indices: &[&[Complex64]], wavelengths: usize, angles: &[f64]) -> Option<Media> {
+    fn look_at(indices: &[&'a [Complex64]], wavelengths: usize, angles: &[f64]) -> Option<Media<'a>> {
         if indices.iter().any(|table| table.len() != 1 && table.len() != wavelengths) {
             return None;
         }
+        let mut tables: Vec<&'a [Complex64]> = Vec::new();
+        let mut of = Vec::with_capacity(indices.len());
+        for table in indices {
+            let same = |other: &&[Complex64]| std::ptr::eq(*other, *table) || (table.len() == 1 && other == table);
+            of.push(tables.iter().position(same).unwrap_or_else(|| {
+                tables.push(table);
+                tables.len() - 1
+            }));
+        }
         let steepest = angles.iter().copied().fold(0.0, f64::max);
         let sine_squared = 1.0 - Incidence::from_degrees(steepest).ok()?.cos_theta().powi(2);
-        let last = indices.len() - 1;
-        let mut media = Media { real: vec![true; last - 1], last_is_real: true, absorbs: false };
+        let last = of.len() - 1;
+        let mut media =
+            Media { real: vec![true; tables.len()], thickest_nm: vec![-1.0; tables.len()], absorbs: false, tables, of };
+        media.thickest_nm[media.of[last]] = 0.0;
         let coherent = vec![true; last - 1];
         let different = if indices.iter().all(|table| table.len() == 1) { 1 } else { wavelengths };
         let mut at = vec![Complex64::default(); last + 1];
@@ -423,13 +444,11 @@ impl Media {
                 }
             }
             check_indices(&at, &coherent).ok()?;
-            // Light enters at every angle: kz^2 > 0.
-            let enters = |n: Complex64| n.im == 0.0 && n.re * n.re > at[0].re * at[0].re * sine_squared;
-            for (real, n) in media.real.iter_mut().zip(&at[1..last]) {
-                *real &= enters(*n);
-                media.absorbs |= n.re * n.im != 0.0;
+            for (position, (n, &medium)) in at.iter().zip(&media.of).enumerate() {
+                // Light enters at every angle: kz^2 > 0.
+                media.real[medium] &= n.im == 0.0 && n.re * n.re > at[0].re * at[0].re * sine_squared;
+                media.absorbs |= (1..last).contains(&position) && n.re * n.im != 0.0;
             }
-            media.last_is_real &= enters(at[last]);
         }
         Some(media)
     }
@@ -455,12 +474,13 @@ struct Desk {
 }
 
 impl Desk {
-    fn new(sweep: &Sweep<'_>) -> Desk {
-        let (media, layers) = (sweep.indices.len(), sweep.real.len());
+    /// `walked` operands are walked from row to row.
+    fn new(sweep: &Sweep<'_>, walked: usize) -> Desk {
+        let (media, layers) = (sweep.media.tables.len(), sweep.values.len() - 2);
         let normal = Incidence::from_cos(1.0).expect("1 is the cosine of an angle");
-        let in_use = if sweep.kernel == Kernel::March { layers } else { 0 };
-        let mut block = Block::new(media, normal);
-        for (medium, table) in sweep.indices.iter().enumerate() {
+        let in_use = if sweep.kernel == Kernel::March { media } else { 0 };
+        let mut block = Block::new(media, sweep.media.of[0], normal);
+        for (medium, table) in sweep.media.tables.iter().enumerate() {
             (0..LANES).for_each(|lane| block.set_index(medium, lane, table[0]));
         }
         Desk {
@@ -469,10 +489,10 @@ impl Desk {
             stack: StackRows::new(in_use),
             repeated: StackRows::new(in_use),
             lanes: vec![Lane::ZERO; layers],
-            offsets: vec![vec![0; sweep.values.len()]; LANES],
+            offsets: vec![vec![0; walked]; LANES],
             out: [0; LANES],
             solver: Solver::new(),
-            indices: vec![Complex64::default(); media],
+            indices: vec![Complex64::default(); layers + 2],
             thickness_nm: vec![0.0; layers],
             coherent: vec![true; layers],
             scratch: Vec::new(),

@@ -136,6 +136,11 @@ impl Inner {
         self.out.len()
     }
 
+    /// Whether rows differ in any thickness.
+    pub(super) fn moves(&self) -> bool {
+        self.layers.iter().any(|layer| layer.moves)
+    }
+
     /// Whether the elements lie side by side in the result.
     pub(super) fn is_contiguous(&self) -> bool {
         self.out.iter().enumerate().all(|(place, &at)| place == at)
@@ -145,9 +150,10 @@ impl Inner {
         self.out[element]
     }
 
-    /// Reads the thicknesses of a row that begins at `offsets`.
+    /// Reads the thicknesses of a row that begins at `offsets` (in every operand; thicknesses may be left out where
+    /// rows differ in none).
     pub(super) fn move_to(&mut self, offsets: &[usize], values: &[&[f64]]) {
-        for ((layer, values), start) in self.layers.iter_mut().zip(values).zip(offsets) {
+        for ((layer, values), start) in self.layers.iter_mut().zip(values).zip(&offsets[2..]) {
             if layer.moves {
                 for (value, step) in layer.values.iter_mut().zip(&layer.steps) {
                     *value = values[start + step];

@@ -57,14 +57,18 @@ const ROUND: f64 = 6_755_399_441_055_744.0;
 /// More half turns than this are for the careful path: beyond, rounding to integers and all digits of the phase are lost.
 pub(super) const MOST_HALF_TURNS: f64 = (1_u64 << 40) as f64;
 
-/// c[0] + c[1] x + c[2] x^2 + .. by Horner's rule.
+/// c[0] + c[1] x + c[2] x^2 + .. as even and odd powers apart: half the waiting of Horner's rule, one product more.
 #[inline(always)]
 pub(super) fn polynomial<S: Simd, const N: usize>(simd: S, x: S::f64s, c: &[f64; N]) -> S::f64s {
-    let mut sum = S::f64s::splat(simd, c[N - 1]);
-    for &c in c[..N - 1].iter().rev() {
-        sum = sum.mul_add(x, S::f64s::splat(simd, c));
+    let square = x * x;
+    let mut last = S::f64s::splat(simd, c[N - 1]);
+    let mut before = S::f64s::splat(simd, c[N - 2]);
+    for k in (0..N - 2).rev() {
+        let next = last.mul_add(square, S::f64s::splat(simd, c[k]));
+        last = before;
+        before = next;
     }
-    sum
+    last.mul_add(x, before)
 }
 
 /// `rate * length` half turns less the nearest whole number of them, within +-1/2 (and a rounding).

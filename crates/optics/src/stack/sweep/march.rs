@@ -13,10 +13,10 @@ pub(super) type Pair = [Lane; 2];
 /// A complex number in registers.
 type Complex<V> = [V; 2];
 
-/// One layer of a block of rows. For s the fields are `(E_y, H_x)`, for p `(H_y, E_x)`; `w` is 1 or n^2:
+/// A layer of one medium, for a block of rows. For s the fields are `(E_y, H_x)`, for p `(H_y, E_x)`; `w` is 1 or n^2:
 /// what the sine is multiplied by, `w/kz` above and `kz/w` below the diagonal.
 #[derive(Debug, Clone)]
-pub(super) struct LayerRows {
+pub(super) struct MediumRows {
     /// Half turns of phase per nm, and nepers of decay per nm.
     pub(super) rate: Lane,
     pub(super) loss: Lane,
@@ -30,16 +30,17 @@ pub(super) struct StackRows {
     /// `q` of the first medium (real) and of the last, of s and of p.
     pub(super) first: [Lane; 2],
     pub(super) last: [Pair; 2],
-    pub(super) layers: Vec<LayerRows>,
+    /// One entry a medium; those that no layer is of stay empty.
+    pub(super) media: Vec<MediumRows>,
     /// 1 where some layer absorbs, 0 where none does.
     pub(super) absorbs: Lane,
 }
 
 impl StackRows {
-    pub(super) fn new(layers: usize) -> StackRows {
+    pub(super) fn new(media: usize) -> StackRows {
         let pair = [Lane::ZERO; 2];
-        let layer = LayerRows { rate: Lane::ZERO, loss: Lane::ZERO, over: [pair; 2], under: [pair; 2] };
-        StackRows { first: [Lane::ZERO; 2], last: [pair; 2], layers: vec![layer; layers], absorbs: Lane::ZERO }
+        let medium = MediumRows { rate: Lane::ZERO, loss: Lane::ZERO, over: [pair; 2], under: [pair; 2] };
+        StackRows { first: [Lane::ZERO; 2], last: [pair; 2], media: vec![medium; media], absorbs: Lane::ZERO }
     }
 
     /// Every lane of `self` becomes the given row of `other`.
@@ -51,7 +52,7 @@ impl StackRows {
             splat_pair(&mut self.last[polarization], &other.last[polarization]);
         }
         splat(&mut self.absorbs, &other.absorbs);
-        for (to, from) in self.layers.iter_mut().zip(&other.layers) {
+        for (to, from) in self.media.iter_mut().zip(&other.media) {
             splat(&mut to.rate, &from.rate);
             splat(&mut to.loss, &from.loss);
             for polarization in 0..2 {
@@ -124,11 +125,12 @@ fn load_pair<S: Simd>(simd: S, pair: &Pair, at: usize) -> Complex<S::f64s> {
 
 /// One answer a lane; NaN where fields left the range of a double (a long mirror), for the careful path to do.
 ///
-/// `real` tells of each layer whether its matrix elements are; `FROM..UNTIL` picks the polarisations, s is 0 and p is 1.
+/// `layers` tells the medium of each layer, `real` of each medium whether its matrix elements are real; `FROM..UNTIL` picks the polarisations, s is 0 and p is 1.
 #[inline(always)]
 pub(super) fn march<S: Simd, const FROM: usize, const UNTIL: usize>(
     simd: S,
     rows: &StackRows,
+    layers: &[usize],
     real: &[bool],
     thickness_nm: &[Lane],
     power: Power,
@@ -142,10 +144,11 @@ pub(super) fn march<S: Simd, const FROM: usize, const UNTIL: usize>(
             fields[polarization].h = load_pair(simd, &rows.last[polarization], at);
         }
         let mut log = zero;
-        for ((layer, &is_real), length) in rows.layers.iter().zip(real).zip(thickness_nm).rev() {
+        for (&medium, length) in layers.iter().zip(thickness_nm).rev() {
+            let layer = &rows.media[medium];
             let length = length.load(simd, at);
             let (sin, cos) = sin_cos_pi(simd, within_half_turn(simd, layer.rate.load(simd, at), length));
-            if is_real {
+            if real[medium] {
                 for polarization in FROM..UNTIL {
                     let over = layer.over[polarization][0].load(simd, at) * sin;
                     let under = layer.under[polarization][0].load(simd, at) * sin;
@@ -166,28 +169,41 @@ pub(super) fn march<S: Simd, const FROM: usize, const UNTIL: usize>(
             }
         }
         let passed = if power == Power::Reflectance { one } else { exp_m1(simd, -log).1 };
-        let mut sum = zero;
+        let mut parts = [(one, one); 2];
         for polarization in FROM..UNTIL {
             let Field { e, h } = fields[polarization];
             let q = rows.first[polarization].load(simd, at);
             let (a, b) = (q.mul_add(e[0], h[0]), q.mul_add(e[1], h[1]));
             let all = a.mul_add(a, b * b);
-            let value = match power {
+            let share = match power {
                 Power::Reflectance => {
                     let (a, b) = (q.mul_sub(e[0], h[0]), q.mul_sub(e[1], h[1]));
-                    (a.mul_add(a, b * b) / all).min(one)
+                    a.mul_add(a, b * b)
                 }
-                // Factor by factor: the square of exp(-log) alone could underflow where T does not.
-                Power::Transmittance => rows.last[polarization][0].load(simd, at) * q * 4.0 / all * passed * passed,
+                Power::Transmittance => rows.last[polarization][0].load(simd, at) * q * 4.0,
                 Power::Absorptance => {
                     let entering = e[0].mul_add(h[0], e[1] * h[1]);
                     let leaving = rows.last[polarization][0].load(simd, at) * passed * passed;
-                    (entering - leaving) * q * 4.0 / all * rows.absorbs.load(simd, at)
+                    (entering - leaving) * q * 4.0 * rows.absorbs.load(simd, at)
                 }
             };
-            let in_range = all.simd_gt(S::f64s::splat(simd, 1e-250)) & all.simd_lt(S::f64s::splat(simd, 1e250));
-            sum = sum + in_range.select(value, S::f64s::splat(simd, f64::NAN));
+            parts[polarization] = (share, all);
         }
-        out.store::<S>(at, sum * (1.0 / (UNTIL - FROM) as f64));
+        let mut all = parts[FROM].1;
+        let mut share = parts[FROM].0;
+        if UNTIL - FROM == 2 {
+            // One division for two ratios; their product stays within range where both do.
+            let (other, other_all) = parts[UNTIL - 1];
+            share = share.mul_add(other_all, other * all) * 0.5;
+            all = all * other_all;
+        }
+        let value = match power {
+            Power::Reflectance => (share / all).min(one),
+            // Factor by factor: the square of exp(-log) alone could underflow where T does not.
+            Power::Transmittance => share / all * passed * passed,
+            Power::Absorptance => share / all,
+        };
+        let in_range = all.simd_gt(S::f64s::splat(simd, 1e-250)) & all.simd_lt(S::f64s::splat(simd, 1e250));
+        out.store::<S>(at, in_range.select(value, S::f64s::splat(simd, f64::NAN)));
     }
 }

@@ -16,9 +16,9 @@ pub(super) struct Block {
     pub(super) wavelength_nm: Lane,
     pub(super) incidence: [Incidence; LANES],
     cos_theta: Lane,
-    /// Index of each medium, first to last.
+    /// Index of each different medium, and which of them is the first.
     n: Vec<Pair>,
-    /// kz^2 of each medium but the first.
+    first: usize,
     kz_squared: Vec<Pair>,
     /// Rows for the careful path: light along a layer, or phases beyond all digits.
     pub(super) odd: [bool; LANES],
@@ -28,12 +28,13 @@ pub(super) struct Block {
 const LEAST_KZ_SQUARED: f64 = 1e-18;
 
 impl Block {
-    pub(super) fn new(media: usize, incidence: Incidence) -> Block {
+    pub(super) fn new(media: usize, first: usize, incidence: Incidence) -> Block {
         Block {
             wavelength_nm: Lane([1.0; LANES]),
             incidence: [incidence; LANES],
             cos_theta: Lane::ZERO,
             n: vec![[Lane::ZERO; 2]; media],
+            first,
             kz_squared: vec![[Lane::ZERO; 2]; media],
             odd: [false; LANES],
         }
@@ -58,10 +59,10 @@ impl Block {
     #[inline(always)]
     pub(super) fn wavenumbers<S: Simd>(&mut self, simd: S) {
         let mut cancels = false;
-        for ([re, im], out) in self.n.iter().zip(&mut self.kz_squared).skip(1) {
+        for ([re, im], out) in self.n.iter().zip(&mut self.kz_squared) {
             for at in (0..LANES).step_by(S::f64s::LEN) {
                 let (n, k) = (re.load(simd, at), im.load(simd, at));
-                let n_first = self.n[0][0].load(simd, at);
+                let n_first = self.n[self.first][0].load(simd, at);
                 let first = n_first * self.cos_theta.load(simd, at);
                 let first = first * first;
                 let square = (n - n_first).mul_add(n + n_first, first - k * k);
@@ -77,21 +78,24 @@ impl Block {
 
     #[cold]
     fn wavenumbers_exactly(&mut self) {
-        for medium in 1..self.n.len() {
+        for medium in 0..self.n.len() {
             for lane in 0..LANES {
-                let n_first = self.n[0][0].0[lane];
+                let n_first = self.n[self.first][0].0[lane];
                 let exact = self.incidence[lane].kz_squared(n_first, self.index(medium, lane));
                 self.kz_squared[medium][0].0[lane] = exact.re;
             }
         }
     }
 
-    /// Marks the rows that the kernels must leave alone; `thickest_nm` holds the greatest thickness of each layer.
+    /// Marks the rows that the kernels must leave alone; `thickest_nm` holds the greatest thickness of each
+    /// medium, less than nothing where its wavenumber does not matter.
     #[inline(always)]
     pub(super) fn find_odd<S: Simd>(&mut self, simd: S, thickest_nm: &[f64]) {
         self.odd = [false; LANES];
-        let thickest = thickest_nm.iter().chain(std::iter::once(&0.0));
-        for ([re, im], &thickest) in self.kz_squared[1..].iter().zip(thickest) {
+        for ([re, im], &thickest) in self.kz_squared.iter().zip(thickest_nm) {
+            if thickest < 0.0 {
+                continue;
+            }
             for at in (0..LANES).step_by(S::f64s::LEN) {
                 let size = re.load(simd, at).abs() + im.load(simd, at).abs();
                 let most = self.wavelength_nm.load(simd, at) * MOST_HALF_TURNS;
@@ -112,6 +116,7 @@ impl Block {
     pub(super) fn film<S: Simd>(
         &mut self,
         simd: S,
+        [first, film, last]: [usize; 3],
         from: usize,
         until: usize,
         transmittance: bool,
@@ -119,9 +124,10 @@ impl Block {
     ) {
         let share = 1.0 / (until - from) as f64;
         for at in (0..LANES).step_by(S::f64s::LEN) {
-            let n = [self.n[0][0].load(simd, at), self.n[1][0].load(simd, at), self.n[2][0].load(simd, at)];
+            let n = [self.n[first][0].load(simd, at), self.n[film][0].load(simd, at), self.n[last][0].load(simd, at)];
             let kz_1 = n[0] * self.cos_theta.load(simd, at);
-            let squares = [kz_1 * kz_1, self.kz_squared[1][0].load(simd, at), self.kz_squared[2][0].load(simd, at)];
+            let squares =
+                [kz_1 * kz_1, self.kz_squared[film][0].load(simd, at), self.kz_squared[last][0].load(simd, at)];
             let kz = [kz_1, squares[1].sqrt(), squares[2].sqrt()];
             out.rate.store::<S>(at, kz[1] * 2.0 / self.wavelength_nm.load(simd, at));
             for polarization in from..until {
@@ -145,19 +151,24 @@ impl Block {
         }
     }
 
-    /// Any stack.
+    /// Any stack: `of` tells which medium comes where, `real` of each medium whether its matrix is real.
     #[inline(always)]
-    pub(super) fn stack<S: Simd>(&self, simd: S, real: &[bool], out: &mut StackRows) {
-        let last = self.n.len() - 1;
+    pub(super) fn stack<S: Simd>(&self, simd: S, of: &[usize], real: &[bool], out: &mut StackRows) {
+        let last = of[of.len() - 1];
+        let layers = &of[1..of.len() - 1];
         out.absorbs = Lane::ZERO;
         for at in (0..LANES).step_by(S::f64s::LEN) {
             let one = S::f64s::splat(simd, 1.0);
-            let wavelength = self.wavelength_nm.load(simd, at);
-            let n_first = self.n[0][0].load(simd, at);
+            let per_wavelength = one / self.wavelength_nm.load(simd, at);
+            let (half_turns, nepers) = (per_wavelength * 2.0, per_wavelength * TAU);
+            let n_first = self.n[self.first][0].load(simd, at);
             let cos = self.cos_theta.load(simd, at);
             out.first[0].store::<S>(at, n_first * cos);
             out.first[1].store::<S>(at, cos / n_first);
-            for ((layer, &is_real), medium) in out.layers.iter_mut().zip(real).zip(1..) {
+            for (medium, (layer, &is_real)) in out.media.iter_mut().zip(real).enumerate() {
+                if !layers.contains(&medium) {
+                    continue;
+                }
                 let n = self.n[medium][0].load(simd, at);
                 let square = self.kz_squared[medium][0].load(simd, at);
                 if is_real {
@@ -165,7 +176,7 @@ impl Block {
                     let n_squared = n * n;
                     // One division for 1/kz and 1/n^2.
                     let inverse = one / (kz * n_squared);
-                    layer.rate.store::<S>(at, kz * 2.0 / wavelength);
+                    layer.rate.store::<S>(at, kz * half_turns);
                     layer.over[0][0].store::<S>(at, n_squared * inverse);
                     layer.under[0][0].store::<S>(at, kz);
                     layer.over[1][0].store::<S>(at, n_squared * n_squared * inverse);
@@ -176,8 +187,8 @@ impl Block {
                 let kz = square_root(simd, [square, self.kz_squared[medium][1].load(simd, at)]);
                 let n_squared = [n.mul_sub(n, k * k), n * k * 2.0];
                 let (over_kz, over_n_squared) = (inverse(simd, kz), inverse(simd, n_squared));
-                layer.rate.store::<S>(at, kz[0] * 2.0 / wavelength);
-                layer.loss.store::<S>(at, kz[1] * TAU / wavelength);
+                layer.rate.store::<S>(at, kz[0] * half_turns);
+                layer.loss.store::<S>(at, kz[1] * nepers);
                 store::<S>(&mut layer.over[0], at, over_kz);
                 store::<S>(&mut layer.under[0], at, kz);
                 store::<S>(&mut layer.over[1], at, product::<S>(n_squared, over_kz));
