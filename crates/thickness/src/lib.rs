@@ -1,5 +1,6 @@
 //! How thick a film is, where. Lengths and grids only, no light.
 
+pub mod flow;
 mod gradient;
 mod lens_gap;
 mod map;
