@@ -1,6 +1,7 @@
 //! How thick a film is, where. Lengths and grids only, no light.
 
 mod error;
+pub mod flow;
 mod gradient;
 mod lens_gap;
 mod map;
