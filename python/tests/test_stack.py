@@ -58,7 +58,9 @@ def test_reference_case(case: dict[str, Any]) -> None:
     absorbed = stack.layer_absorptance(*at)
     if "A_layer" in case:
         np.testing.assert_allclose(absorbed, case["A_layer"], rtol=0, atol=1e-11)
-    assert stack.absorptance(*at) == pytest.approx(absorbed.sum(), rel=0, abs=1e-15)
+    # One is summed layer by layer, the other is what enters less what leaves, and each may err as R and T may.
+    allowed = 1e-12 + 1e3 * (case["dR_ulp"] + case["dT_ulp"])
+    assert stack.absorptance(*at) == pytest.approx(absorbed.sum(), rel=0, abs=allowed)
 
 
 @pytest.mark.parametrize("case", REFERENCE["ellipsometry"], ids=lambda case: case["id"])

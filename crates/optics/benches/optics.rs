@@ -115,9 +115,22 @@ fn sweeps(chosen: &dyn Fn(&str) -> bool) {
     }
 }
 
+fn single_precision(chosen: &dyn Fn(&str) -> bool) {
+    let film = Grid::new(vec![real(1.0), real(1.33), real(1.0)], 200, 2000.0);
+    let mut out = vec![0.0_f32; film.count()];
+    for level in levels() {
+        let name = format!("film 471 x 90 x 200, f32, R unpolarised, {level:?}");
+        if chosen(&name) {
+            let sweep = film.sweep(Power::Reflectance, Polarization::Unpolarized, level);
+            report(&name, best(film.count(), || sweep.evaluate_single(black_box(&mut out)).unwrap()));
+        }
+    }
+}
+
 fn main() {
     // `cargo bench` passes --bench; other arguments are parts of names.
     let wanted: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
     let chosen = |name: &str| wanted.iter().all(|part| name.contains(part.as_str()));
     sweeps(&chosen);
+    single_precision(&chosen);
 }

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use iridesce_optics::incidence::Incidence;
+use iridesce_optics::stack::sweep::{Operand, Power, Sweep, SweepRequest, levels};
 use iridesce_optics::{Complex64, Polarization, stack};
 use serde_json::Value;
 
@@ -134,6 +135,44 @@ fn coherent_cases() {
         }
     }
     worst.finish("coherent stacks");
+}
+
+/// R and T of the vector kernels at every level of SIMD, under the same rule.
+#[test]
+fn coherent_cases_by_vectors() {
+    let reference = reference();
+    let mut worst = Worst::default();
+    let mut covered = 0;
+    for value in reference["cases"].as_array().unwrap() {
+        let (id, category) = (value["id"].as_str().unwrap(), value["category"].as_str().unwrap());
+        let case = Case::read(value);
+        let one = |values| Operand { values, strides: Vec::new() };
+        for level in levels() {
+            let [reflectance, transmittance] = [Power::Reflectance, Power::Transmittance].map(|power| {
+                let request = SweepRequest {
+                    power,
+                    polarization: polarization(value),
+                    indices: case.n.iter().map(std::slice::from_ref).collect(),
+                    shape: &[],
+                    wavelength_nm: one(std::slice::from_ref(&case.wavelength_nm)),
+                    angle_deg: one(std::slice::from_ref(&case.angle_deg)),
+                    thickness_nm: case.d_nm.iter().map(|d| one(std::slice::from_ref(d))).collect(),
+                };
+                let mut out = [f64::NAN];
+                Sweep::at_level(request, level).map(|sweep| sweep.evaluate(&mut out).map(|()| out[0]).unwrap())
+            });
+            let (Some(reflectance), Some(transmittance)) = (reflectance, transmittance) else {
+                continue;
+            };
+            covered += 1;
+            let allowed = 1e-12 + 1e3 * number(&value["dR_ulp"]);
+            worst.add(category, "R", id, (reflectance - number(&value["R40"])).abs(), allowed);
+            check_power(&mut worst, category, id, transmittance, value);
+        }
+    }
+    println!("{covered} of {} cases and levels", 186 * levels().len());
+    assert!(covered > 160 * levels().len(), "{covered}");
+    worst.finish("coherent stacks by vectors");
 }
 
 #[test]

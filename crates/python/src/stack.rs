@@ -1,6 +1,7 @@
 //! Bindings of the stack stage: one call evaluates a stack over broadcast arrays.
 
 use iridesce::optics::incidence::Incidence;
+use iridesce::optics::stack::sweep::{Operand, Power, Sweep, SweepRequest};
 use iridesce::optics::stack::{self, Solver};
 use iridesce::optics::{Complex64, OpticsError, Polarization, film};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
@@ -12,6 +13,9 @@ use rayon::prelude::*;
 const TASK: usize = 512;
 /// Layer evaluations between two looks for Ctrl-C, per thread: about 20 ms.
 const WORK_PER_LOOK: usize = 200_000;
+
+/// Runs of a sweep between two looks for Ctrl-C: some 10 ms each at the slowest.
+const RUNS_PER_LOOK: usize = 8;
 
 /// Adds this stage's names to `_core`.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -54,25 +58,6 @@ impl Quantity {
             Quantity::Ellipsometry => [1, 1],
             _ => [1, 0],
         }
-    }
-}
-
-/// One argument: its own values, and how far to step in them along each axis of the result (0: broadcast).
-#[derive(Debug)]
-struct Operand<'a> {
-    values: &'a [f64],
-    strides: Vec<usize>,
-}
-
-impl<'a> Operand<'a> {
-    fn new(values: &'a [f64], strides: Vec<usize>, shape: &[usize]) -> PyResult<Operand<'a>> {
-        let furthest = shape.iter().zip(&strides).try_fold(0_usize, |sum, (&length, &stride)| {
-            sum.checked_add(stride.checked_mul(length.saturating_sub(1))?)
-        });
-        if strides.len() != shape.len() || furthest.is_none_or(|furthest| furthest >= values.len()) {
-            return Err(PyValueError::new_err("an argument does not broadcast to the shape of the result"));
-        }
-        Ok(Operand { values, strides })
     }
 }
 
@@ -128,7 +113,7 @@ fn stack_evaluate<'py>(
     let indices = media.iter().map(|&which| tables[which]).collect();
     let operands = arguments
         .iter()
-        .map(|(values, strides)| Operand::new(values.as_slice()?, strides.clone(), &shape))
+        .map(|(values, strides)| operand(values.as_slice()?, strides.clone(), &shape))
         .collect::<PyResult<Vec<_>>>()?;
     let job = Job { quantity, polarization, indices, coherent, shape, operands };
     job.check_phases().map_err(value_error)?;
@@ -153,6 +138,9 @@ fn stack_evaluate<'py>(
         _ => None,
     };
     let alone = threads == Some(1) || count <= TASK;
+    if let Some(sweep) = job.sweep() {
+        return run_sweep(py, &job, &sweep, first, pool.as_ref(), alone);
+    }
     let workers = if alone { 1 } else { threads.unwrap_or_else(rayon::current_num_threads) };
     let per_look = (workers * WORK_PER_LOOK / ((layers + 1) * TASK)).max(workers);
 
@@ -175,6 +163,51 @@ fn stack_evaluate<'py>(
     Ok(())
 }
 
+/// The vector kernels, over groups of runs between which Ctrl-C is seen. Runs are cut without regard to threads.
+fn run_sweep(
+    py: Python<'_>,
+    job: &Job<'_>,
+    sweep: &Sweep<'_>,
+    out: &mut [f64],
+    pool: Option<&rayon::ThreadPool>,
+    alone: bool,
+) -> PyResult<()> {
+    let whole = "the output does not have the shape of the result";
+    let mut tasks = sweep.tasks(out).ok_or_else(|| PyValueError::new_err(whole))?;
+    let mut failed = false;
+    for group in tasks.chunks_mut(RUNS_PER_LOOK) {
+        let done = py.detach(|| {
+            if alone {
+                group.iter_mut().try_for_each(|task| sweep.run(task))
+            } else {
+                let mut work = || group.par_iter_mut().try_for_each(|task| sweep.run(task));
+                match pool {
+                    Some(pool) => pool.install(work),
+                    None => work(),
+                }
+            }
+        });
+        failed |= done.is_err();
+        py.check_signals()?;
+    }
+    drop(tasks);
+    if failed {
+        // Point by point, so that the error tells its place.
+        let mut all = Task { start: 0, count: out.len(), out: [out, &mut []] };
+        py.detach(|| job.run(&mut all)).map_err(value_error)?;
+    }
+    Ok(())
+}
+
+/// An argument that broadcasts to `shape`.
+fn operand<'a>(values: &'a [f64], strides: Vec<usize>, shape: &[usize]) -> PyResult<Operand<'a>> {
+    let operand = Operand { values, strides };
+    if operand.strides.len() != shape.len() || !operand.reaches(shape) {
+        return Err(PyValueError::new_err("an argument does not broadcast to the shape of the result"));
+    }
+    Ok(operand)
+}
+
 fn tasks<'a>(count: usize, widths: [usize; 2], mut first: &'a mut [f64], mut second: &'a mut [f64]) -> Vec<Task<'a>> {
     let mut tasks = Vec::with_capacity(count.div_ceil(TASK));
     for start in (0..count).step_by(TASK) {
@@ -188,6 +221,28 @@ fn tasks<'a>(count: usize, widths: [usize; 2], mut first: &'a mut [f64], mut sec
 }
 
 impl Job<'_> {
+    /// The same by vectors, where they cover it.
+    fn sweep(&self) -> Option<Sweep<'_>> {
+        let power = match self.quantity {
+            Quantity::Reflectance => Power::Reflectance,
+            Quantity::Transmittance => Power::Transmittance,
+            Quantity::Absorptance => Power::Absorptance,
+            _ => return None,
+        };
+        if self.coherent.contains(&false) {
+            return None;
+        }
+        Sweep::new(SweepRequest {
+            power,
+            polarization: self.polarization,
+            indices: self.indices.clone(),
+            shape: &self.shape,
+            wavelength_nm: self.operands[0].clone(),
+            angle_deg: self.operands[1].clone(),
+            thickness_nm: self.operands[2..].to_vec(),
+        })
+    }
+
     /// The part of `stack::check` that looks at thickness and wavelength together.
     fn check_phases(&self) -> Result<(), OpticsError> {
         let shortest = self.operands[0].values.iter().copied().fold(f64::INFINITY, f64::min);

@@ -13,9 +13,16 @@ pub(super) struct Axis {
     pub(super) strides: Vec<usize>,
 }
 
+impl Axis {
+    /// Whether wavelength or angle change along it.
+    pub(super) fn is_row(&self) -> bool {
+        self.strides[0] != 0 || self.strides[1] != 0
+    }
+}
+
 impl Operand<'_> {
     /// Whether every element of `shape` finds its value.
-    pub(super) fn reaches(&self, shape: &[usize]) -> bool {
+    pub fn reaches(&self, shape: &[usize]) -> bool {
         let furthest = shape.iter().zip(&self.strides).try_fold(0_usize, |sum, (&length, &stride)| {
             sum.checked_add(stride.checked_mul(length.saturating_sub(1))?)
         });
@@ -48,7 +55,7 @@ fn continues(inner: &Axis, outer: &Axis) -> bool {
 
 /// Axes along which wavelength or angle change, and the others.
 pub(super) fn split(axes: &[Axis]) -> (Vec<Axis>, Vec<Axis>) {
-    axes.iter().cloned().partition(|axis| axis.strides[0] != 0 || axis.strides[1] != 0)
+    axes.iter().cloned().partition(Axis::is_row)
 }
 
 /// Goes through the elements of some axes in C order.

@@ -107,13 +107,21 @@ pub(super) fn along_thickness<S: Simd, const PARTS: usize>(
     for (t, result) in (&mut thicknesses).zip(&mut results) {
         evaluate(simd, rate, &parts, S::f64s::from_slice(simd, t)).store_slice(result);
     }
-    let rest = thicknesses.remainder();
-    if !rest.is_empty() {
-        let (mut t, mut result) = (Lane::ZERO, Lane::ZERO);
-        t.0[..rest.len()].copy_from_slice(rest);
-        result.store::<S>(0, evaluate(simd, rate, &parts, t.load(simd, 0)));
-        results.into_remainder().copy_from_slice(&result.0[..rest.len()]);
+    let (count, lanes) = (out.len(), S::f64s::LEN);
+    if count.is_multiple_of(lanes) {
+        return;
     }
+    if count > lanes {
+        // The last vector reaches back into what is done already.
+        let last = count - lanes;
+        let t = S::f64s::from_slice(simd, &thickness_nm[last..]);
+        evaluate(simd, rate, &parts, t).store_slice(&mut out[last..]);
+        return;
+    }
+    let (mut t, mut result) = (Lane::ZERO, Lane::ZERO);
+    t.0[..count].copy_from_slice(thickness_nm);
+    result.store::<S>(0, evaluate(simd, rate, &parts, t.load(simd, 0)));
+    out.copy_from_slice(&result.0[..count]);
 }
 
 /// One thickness a row, all rows of a block: lanes are rows.

@@ -1,0 +1,66 @@
+//! What can be told of the media of a stack before any wavelength and angle are met together.
+
+use crate::Complex64;
+use crate::incidence::Incidence;
+use crate::stack::check_indices;
+
+/// Indices beyond these have squares and ratios that the kernels were not made for.
+const MODULUS_RANGE: (f64, f64) = (1e-3, 1e3);
+
+/// The media, each different one once: a mirror of a hundred layers has two, and their wavenumbers are worked out once.
+#[derive(Debug)]
+pub(super) struct Media<'a> {
+    /// Index of each different medium at every wavelength, or a single one that holds at all of them.
+    pub(super) tables: Vec<&'a [Complex64]>,
+    /// Which of the tables each medium of the stack has, first to last.
+    pub(super) of: Vec<usize>,
+    /// Of each table whether it is lossless and lets light in at every row.
+    pub(super) real: Vec<bool>,
+    /// Of each table the thickest layer; less than nothing where it is of no layer and not the last medium.
+    pub(super) thickest_nm: Vec<f64>,
+    /// Whether some layer absorbs at some wavelength.
+    pub(super) absorbs: bool,
+}
+
+impl<'a> Media<'a> {
+    /// `None` for indices that are not allowed or that the kernels do not cover.
+    pub(super) fn look_at(indices: &[&'a [Complex64]], wavelengths: usize, angles: &[f64]) -> Option<Media<'a>> {
+        if indices.iter().any(|table| table.len() != 1 && table.len() != wavelengths) {
+            return None;
+        }
+        let mut tables: Vec<&'a [Complex64]> = Vec::new();
+        let mut of = Vec::with_capacity(indices.len());
+        for table in indices {
+            let same = |other: &&[Complex64]| std::ptr::eq(*other, *table) || (table.len() == 1 && other == table);
+            of.push(tables.iter().position(same).unwrap_or_else(|| {
+                tables.push(table);
+                tables.len() - 1
+            }));
+        }
+        let steepest = angles.iter().copied().fold(0.0, f64::max);
+        let sine_squared = 1.0 - Incidence::from_degrees(steepest).ok()?.cos_theta().powi(2);
+        let last = of.len() - 1;
+        let mut media =
+            Media { real: vec![true; tables.len()], thickest_nm: vec![-1.0; tables.len()], absorbs: false, tables, of };
+        media.thickest_nm[media.of[last]] = 0.0;
+        let coherent = vec![true; last - 1];
+        let different = if indices.iter().all(|table| table.len() == 1) { 1 } else { wavelengths };
+        let mut at = vec![Complex64::default(); last + 1];
+        for place in 0..different {
+            for (index, table) in at.iter_mut().zip(indices) {
+                *index = if table.len() == 1 { table[0] } else { table[place] };
+                let modulus = index.norm();
+                if !(modulus >= MODULUS_RANGE.0 && modulus <= MODULUS_RANGE.1 && index.im >= 0.0) {
+                    return None;
+                }
+            }
+            check_indices(&at, &coherent).ok()?;
+            for (position, (n, &medium)) in at.iter().zip(&media.of).enumerate() {
+                // Light enters at every angle: kz^2 > 0.
+                media.real[medium] &= n.im == 0.0 && n.re * n.re > at[0].re * at[0].re * sine_squared;
+                media.absorbs |= (1..last).contains(&position) && n.re * n.im != 0.0;
+            }
+        }
+        Some(media)
+    }
+}
