@@ -9,7 +9,7 @@ use fearless_simd::{Simd, prelude::*};
 use super::film::FilmRows;
 
 /// sin(pi x) = x P(x^2) on [-1/2, 1/2]: P through five Chebyshev nodes, relative error 4e-8.
-const SIN_PI: [f32; 5] = [3.141_592_7, -5.167_710_3, 2.550_077_4, -0.598_290_4, 0.077_655_91];
+const SIN_PI: [f32; 5] = [std::f32::consts::PI, -5.167_710_3, 2.550_077_4, -0.598_290_4, 0.077_655_91];
 /// Adding and taking away 1.5 * 2^23 rounds to the nearest integer; for arguments below 2^22.
 const ROUND: f32 = 12_582_912.0;
 /// Thicker films leave no room for the parts of the phase below.
