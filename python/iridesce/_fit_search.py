@@ -1,8 +1,8 @@
 """Where to start a fit: every thickness that could be, found globally. Internal.
 
-Three steps. A Fourier transform over the round trip's own phase, which is dispersion and angle corrected, tells which thick films show
-periodic fringes at all. At these, and at every thin film, the whole model is compared with the data, gain and baseline being fitted at
-each trial. The local minima of that misfit are the starts.
+Three steps. A Fourier transform over the round trip's own phase, which is dispersion and angle corrected, tells which thick
+films show periodic fringes at all. At these, and at every thin film, the whole model is compared with the data, gain and
+baseline being fitted at each trial. The local minima of that misfit are the starts.
 """
 
 from __future__ import annotations
@@ -32,9 +32,7 @@ def starts(problem: Problem, model: object, data: Data, bounds: Floats, lines: l
     return _several(problem, data, bounds, count)
 
 
-def _one(
-    problem: Problem, model: object, data: Data, bounds: Floats, lines: list[float], count: int
-) -> list[Floats]:
+def _one(problem: Problem, model: object, data: Data, bounds: Floats, lines: list[float], count: int) -> list[Floats]:
     low, high = bounds
     rate = _rate(problem, data.wavelength_nm, 0)
     step = _STEP / rate.max()
@@ -59,7 +57,7 @@ def _one(
 
 def _rate(problem: Problem, wavelength_nm: Floats, which: int) -> Floats:
     """Radians a nm of the round trip; for an absorbing layer by the real part of its wavenumber."""
-    rate, _ = phase_rate(problem, wavelength_nm, which)
+    rate = phase_rate(problem, wavelength_nm, which)
     if rate is not None:
         return rate
     medium = problem.stack.layers[problem.unknown[which]].medium
@@ -71,7 +69,7 @@ def _rate(problem: Problem, wavelength_nm: Floats, which: int) -> Floats:
 
 
 def _periodic(data: Data, rate: Floats, trials: Floats) -> Floats:
-    """The share of the data, smooth part aside, that goes as cos and sin of the round trip's phase: a Fourier transform over it."""
+    """A Fourier transform over the round trip's phase: the share of the data, smooth part aside, that goes as its cos and sin."""
     x = np.linspace(-1.0, 1.0, data.wavelength_nm.size)
     weight = data.weight
     smooth, _ = np.linalg.qr(np.stack([x**power for power in range(5)], axis=1) * weight[:, None])

@@ -16,7 +16,7 @@ _ITERATIONS = 60
 
 @dataclass(frozen=True)
 class Data:
-    """A cleaned spectrum: ascending wavelengths, values, weights (1/sd, up to a common factor), and what is linear in its model."""
+    """A cleaned spectrum: ascending wavelengths, values, weights (1/sd up to a factor), and what is linear in its model."""
 
     wavelength_nm: Floats
     measured: Floats
@@ -31,7 +31,9 @@ class Data:
         """The baseline's terms over wavelengths scaled to -1..1, (wavelengths, terms)."""
         low, high = self.wavelength_nm[0], self.wavelength_nm[-1]
         x = (2.0 * self.wavelength_nm - low - high) / (high - low)
-        return np.stack([x**power for power in range(self.baseline)], axis=1) if self.baseline else np.empty((x.size, 0))
+        return (
+            np.stack([x**power for power in range(self.baseline)], axis=1) if self.baseline else np.empty((x.size, 0))
+        )
 
     @property
     def linear_count(self) -> int:
@@ -67,7 +69,7 @@ class Solver:
             basis = np.column_stack([weighted, self.terms])
             found = np.linalg.lstsq(basis, self.target, rcond=None)[0]
             if found[0] > 0.0:
-                return float(found[0]), found[1:], basis, self.target - basis @ found
+                return float(found[0]), np.asarray(found[1:]), basis, np.asarray(self.target - basis @ found)
             # Fringes upside down are no solution: what is left is the baseline alone.
             gain = 0.0
         else:
@@ -76,7 +78,7 @@ class Solver:
         if not self.data.baseline:
             return gain, np.empty(0), self.terms, rest
         found = np.linalg.lstsq(self.terms, rest, rcond=None)[0]
-        return gain, found, self.terms, rest - self.terms @ found
+        return gain, np.asarray(found), self.terms, np.asarray(rest - self.terms @ found)
 
     def at(self, parameters: Floats) -> Fitted:
         """The best gain and baseline at fixed parameters."""
@@ -84,13 +86,11 @@ class Solver:
         gain, baseline, _, residual = self.linear(spectrum)
         return self._fitted(parameters, spectrum, gain, baseline, residual)
 
-    def _fitted(
-        self, parameters: Floats, spectrum: Floats, gain: float, baseline: Floats, residual: Floats
-    ) -> Fitted:
+    def _fitted(self, parameters: Floats, spectrum: Floats, gain: float, baseline: Floats, residual: Floats) -> Fitted:
         curve = gain * spectrum + self.data.terms @ baseline
         return Fitted(parameters.copy(), gain, baseline, curve, float(residual @ residual))
 
-    def solve(self, start: Floats, free: list[int]) -> Fitted:
+    def solve(self, start: Floats, free: list[int], iterations: int = _ITERATIONS) -> Fitted:
         """The least misfit near a start; only the parameters in ``free`` move, within their bounds.
 
         The derivative of the residual is projected on what gain and baseline cannot make up for (L. Kaufman, BIT 15, 49
@@ -101,7 +101,7 @@ class Solver:
         gain, baseline, basis, residual = self.linear(spectrum)
         misfit = float(residual @ residual)
         damping = 1e-3
-        for _ in range(_ITERATIONS):
+        for _ in range(iterations):
             columns = gain * slopes[:, free] * self.data.weight[:, None]
             columns = columns - _onto(basis, columns)
             normal, gradient = columns.T @ columns, columns.T @ residual
@@ -131,7 +131,7 @@ class Solver:
             parameters, (spectrum, slopes), misfit = trial, moved, size
             gain, baseline, basis, residual = linear
             damping = max(damping * 0.2, 1e-12)
-            if gone < 1e-12 or moved_by < 1e-9:
+            if gone < 1e-11 or moved_by < 1e-8:
                 break
         return self._fitted(parameters, spectrum, gain, baseline, residual)
 
@@ -143,9 +143,7 @@ class Solver:
         columns = columns - _onto(basis, columns)
         return np.asarray(np.linalg.pinv(columns.T @ columns, hermitian=True))
 
-    def interval(
-        self, fitted: Fitted, free: list[int], which: int, sd: float, rise: float
-    ) -> tuple[float, float]:
+    def interval(self, fitted: Fitted, free: list[int], which: int, sd: float, rise: float) -> tuple[float, float]:
         """Where the misfit, all else fitted again, has risen by ``rise``: as far as the bounds on each side."""
         others = [place for place in free if place != which]
 

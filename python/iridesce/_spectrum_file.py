@@ -187,9 +187,7 @@ def _names(header: list[str], dialect: tuple[str | None, str], width: int) -> li
     return [""] * width
 
 
-def _column(
-    label: str, column: str | int | None, names: list[str], width: int, quantity: str, notes: list[str]
-) -> int:
+def _column(label: str, column: str | int | None, names: list[str], width: int, quantity: str, notes: list[str]) -> int:
     if isinstance(column, str) and column.strip().isdigit():
         column = int(column)
     if isinstance(column, int) and not isinstance(column, bool):
@@ -212,9 +210,7 @@ def _column(
     return place
 
 
-def _wavelengths(
-    label: str, values: Floats, unit: str | None, name: str, header: str, notes: list[str]
-) -> Floats:
+def _wavelengths(label: str, values: Floats, unit: str | None, name: str, header: str, notes: list[str]) -> Floats:
     if unit is not None:
         key = unit.strip().lower().replace("\u00b5", "u").replace("\u03bc", "u")
         if key not in (*_UNITS, "cm-1", "ev") or key == "m":

@@ -38,6 +38,7 @@ _THINNEST_NM, _THICKEST_NM = 5.0, 50_000.0
 _THICKEST_OF_SEVERAL_NM = 1_500.0
 _FEWEST_POINTS = 12
 _STARTS = 24
+_FIRST_STEPS = 8
 # A solution whose likelihood is below this share of the best one's is not plausible.
 _LEAST_LIKELY = 1e-4
 # Free blur is taken in where it lowers the misfit by this many variances: by chance, one time in seventy.
@@ -54,12 +55,20 @@ class Solution:
                      of such pairs for several
     sd_nm            standard deviation, of a straight-line estimate
     misfit           root mean square of measured - fitted, in the unit of the measurement
-    chi2             misfit over the noise, squared, a degree of freedom: 1 where the model explains the data
+    chi2             misfit over the noise, squared, a degree of freedom: 1 where the model explains the data; without a
+                     noise given, over the scatter of neighbours in what is left
     weight           likelihood among the solutions; they add to 1
     gain, baseline   measured = gain * model + baseline terms in x, x running from -1 to 1 over the wavelengths
     resolution_nm    full width at half maximum of the instrument's line (fitted, or as given)
     index            for each fitted index, by layer number: {"n": ...} or Cauchy's {"A": ..., "B_um2": ...}, with "sd" each
     wavelength_nm, fitted  the fitted curve in the unit of the measurement
+
+    >>> import iridesce as ir
+    >>> nm = np.arange(420.0, 760.0, 2.0)
+    >>> film = ir.Stack(["air", ir.Layer(1.33, thickness_nm=500.0), "air"])
+    >>> solution = ir.fit_thickness(nm, film.reflectance(nm), film).best
+    >>> round(solution.thickness_nm, 4), round(solution.gain, 4)
+    (500.0, 1.0)
     """
 
     thickness_nm: Any
@@ -86,7 +95,17 @@ class Solution:
         >>> ir.fit_thickness(nm, film.reflectance(nm), film)[0].to_dict()["resolution_nm"]
         0.0
         """
-        names = ("thickness_nm", "interval_nm", "sd_nm", "misfit", "chi2", "weight", "gain", "baseline", "resolution_nm")
+        names = (
+            "thickness_nm",
+            "interval_nm",
+            "sd_nm",
+            "misfit",
+            "chi2",
+            "weight",
+            "gain",
+            "baseline",
+            "resolution_nm",
+        )
         return {**{name: getattr(self, name) for name in names}, "index": self.index}
 
 
@@ -101,6 +120,13 @@ class FitResult(Sequence[Solution]):
     probability      of the intervals
     stack            the stack as text, ? for what was unknown
     notes            what a user should know: points dropped, limits, doubts
+
+    >>> import iridesce as ir
+    >>> nm = np.arange(420.0, 760.0, 2.0)
+    >>> film = ir.Stack(["air", ir.Layer(1.33, thickness_nm=500.0), "air"])
+    >>> for solution in ir.fit_thickness(nm, film.reflectance(nm), film):
+    ...     print(round(solution.thickness_nm, 4))
+    500.0
     """
 
     solutions: tuple[Solution, ...]
@@ -235,7 +261,7 @@ def fit_thickness(
     if fixed_gain == 0.0:
         raise ValueError("gain must be None or > 0, got 0")
     line = None if resolution_nm is None else _number("resolution_nm", resolution_nm, low=0.0) / FWHM
-    if not 0.0 < _number("probability", probability, low=0.0, high=1.0):
+    if _number("probability", probability, low=0.0, high=1.0) == 0.0:
         raise ValueError(f"probability must be > 0 and < 1, got {probability!r}")
     problem = read_problem(stack, layer, index, quantity, angle, polarization)
     notes: list[str] = []
@@ -306,7 +332,7 @@ class _Fit:
             )
         likely = np.exp([-0.5 * (one.misfit - best.misfit) / unit for one in kept])
         solutions = self._without_overlap(
-            [self._solution(solver, one, unit, freedom, noise or math.sqrt(variance)) for one in kept], likely
+            [self._solution(solver, one, unit, freedom, noise or _scatter(residual)) for one in kept], likely
         )
         self._remarks(solutions, best)
         return FitResult(
@@ -355,9 +381,16 @@ class _Fit:
             for moved in self._index_starts(index):
                 scale = 1.0 if not moved.size else index[0] / moved[0]
                 tried.append(solver.at(np.array([*(thickness * scale), *moved, variance])))
-        # The worst starts cost as much as the best: refine those near the best first, the rest only if they could win.
+        # A few steps each tell which can win; these are refined to the end.
         tried.sort(key=lambda one: one.misfit)
-        refined = self._unique([self._refined(solver, one.parameters) for one in tried[:_STARTS]])
+        sharp = list(range(len(tried[0].parameters) - 1))
+        rough = self._unique([solver.solve(one.parameters, sharp, _FIRST_STEPS) for one in tried[:_STARTS]])
+        if not rough:
+            raise ValueError(
+                "no thickness explains the data better than its baseline alone; check stack, quantity and wavelengths"
+            )
+        near = [one for place, one in enumerate(rough) if place < 5 or one.misfit < 3.0 * rough[0].misfit]
+        refined = self._unique([self._refined(solver, one.parameters) for one in near])
         if not refined:
             raise ValueError("the fit found no solution within thickness_range_nm")
         return refined
@@ -588,6 +621,12 @@ def _correlation(residual: Floats) -> float:
     return (1.0 + rho) / (1.0 - rho)
 
 
+def _scatter(residual: Floats) -> float:
+    """Noise from second differences of what is left, in which what the model misses smoothly does not show."""
+    size = math.sqrt(float(np.mean((residual[2:] - 2.0 * residual[1:-1] + residual[:-2]) ** 2)) / 6.0)
+    return max(size, 1e-150)
+
+
 def _too_much(freedom: int) -> float:
     """A chi2 a degree of freedom above which the noise given, or the model, is wrong: five standard deviations."""
     return 1.0 + 5.0 * math.sqrt(2.0 / freedom)
@@ -600,7 +639,9 @@ def _bounds(given: Any, problem: Problem, nm: Floats, notes: list[str]) -> Float
         high = _THICKEST_NM if count == 1 else _THICKEST_OF_SEVERAL_NM
         pairs = np.array([[_THINNEST_NM, high]] * count)
         if count > 1:
-            notes.append(f"thicknesses were looked for from {_THINNEST_NM:g} to {high:g} nm; thickness_range_nm= says else")
+            notes.append(
+                f"thicknesses were looked for from {_THINNEST_NM:g} to {high:g} nm; thickness_range_nm= says else"
+            )
     else:
         try:
             pairs = np.asarray(given, dtype=np.float64)
@@ -609,7 +650,9 @@ def _bounds(given: Any, problem: Problem, nm: Floats, notes: list[str]) -> Float
         if pairs.shape == (2,):
             pairs = np.broadcast_to(pairs, (count, 2)).copy()
         if pairs.shape != (count, 2):
-            raise ValueError(f"thickness_range_nm must be (low, high), or one pair for each of {count} unknowns, got {given!r}")
+            raise ValueError(
+                f"thickness_range_nm must be (low, high), or one pair for each of {count} unknowns, got {given!r}"
+            )
     if not (np.isfinite(pairs).all() and (pairs[:, 0] >= 0.0).all() and (pairs[:, 1] > pairs[:, 0]).all()):
         raise ValueError(f"thickness_range_nm must be 0 <= low < high, got {pairs.tolist()}")
     if (pairs[:, 1] > 1e6).any():
@@ -640,7 +683,9 @@ def _table(result: FitResult) -> list[str]:
     """The answer for people."""
     percent = f"{100.0 * result.probability:g} %"
     count = len(result)
-    lines = [f"{result.stack}: {count} plausible solution{'s' if count > 1 else ''}, {result.wavelength_nm.size} points"]
+    lines = [
+        f"{result.stack}: {count} plausible solution{'s' if count > 1 else ''}, {result.wavelength_nm.size} points"
+    ]
     for solution in result:
         several = not isinstance(solution.thickness_nm, float)
         values = solution.thickness_nm if several else (solution.thickness_nm,)
