@@ -297,9 +297,12 @@ class _Problem:
 
 
 def layer_airy(
-    stack: Stack, place: int, wavelength_nm: Floats, angle_deg: Floats, polarization: str
+    stack: Stack, place: int, wavelength_nm: Floats, angle_deg: Floats, polarization: str, hold: bool = False
 ) -> npt.NDArray[np.complex128]:
-    """r_above, t_above^2, r_inside, r_below, passed and kz of a layer: see `LayerAiry` of the core; a last axis of 6."""
+    """r_above, t_above^2, r_inside, r_below, passed and kz of a layer: see `LayerAiry` of the core; a last axis of 6.
+
+    ``hold``: media keep the ends of their data beyond them.
+    """
     arguments = [
         Operand("wavelength_nm", wavelength_nm, wavelength_nm.shape),
         Operand("angle_deg", angle_deg, angle_deg.shape),
@@ -307,7 +310,7 @@ def layer_airy(
     arguments += stack._thicknesses()
     shape = broadcast_shape(arguments)
     out = np.empty((*shape, 6), dtype=np.complex128)
-    indices, thickness_nm, wavelengths, angles = stack._elements(shape, arguments)
+    indices, thickness_nm, wavelengths, angles = stack._elements(shape, arguments, hold=hold)
     _core.stack_layer_airy(polarization, indices, thickness_nm, wavelengths, angles, place, out.reshape(-1, 6))
     return out
 

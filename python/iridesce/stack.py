@@ -543,11 +543,12 @@ class Stack(_Fixed):
         )
 
     def _elements(
-        self, shape: tuple[int, ...], arguments: list[Operand], extended: bool = False
+        self, shape: tuple[int, ...], arguments: list[Operand], extended: bool = False, hold: bool = False
     ) -> tuple[npt.NDArray[np.complex128], Floats, Floats, Floats]:
         """Every argument in full size, one row an element: indices, thicknesses, wavelength, angle.
 
-        ``extended``: built-in media continue beyond their data as they state, as in colour sums.
+        ``extended``: built-in media continue beyond their data as they state, as in colour sums; ``hold``: all media
+        keep the ends of their data.
         """
         wavelength_nm, angle_deg, *thickness_nm = (np.broadcast_to(argument.full(), shape) for argument in arguments)
         columns = []
@@ -555,6 +556,8 @@ class Stack(_Fixed):
             if extended and medium.kind != "constant":
                 flat, _ = medium._core.index_extended(np.ascontiguousarray(arguments[0].values.reshape(-1)))
                 values = flat.reshape(arguments[0].values.shape)
+            elif hold:
+                values = np.asarray(medium.index(arguments[0].values, extrapolate="hold"))
             else:
                 values = _indices(medium, arguments[0].values)
             columns.append(np.broadcast_to(values, shape).reshape(-1))
