@@ -7,8 +7,9 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use fearless_simd::Level;
+use iridesce_optics::color::{Adaptation, ColorRequest, Illuminant, Model, Observer, Quantity, Space, StackColor};
 use iridesce_optics::stack::sweep::{Operand, Power, Sweep, SweepRequest, levels};
-use iridesce_optics::{Complex64, Polarization};
+use iridesce_optics::{Complex64, Medium, Polarization};
 
 /// Time given to each job.
 const PATIENCE: Duration = Duration::from_millis(1500);
@@ -26,7 +27,7 @@ fn best(elements: usize, mut job: impl FnMut()) -> f64 {
 }
 
 fn report(name: &str, rate: f64) {
-    println!("{name:<60} {rate:>9.1} M/s");
+    println!("{name:<60} {rate:>10.3} M/s");
 }
 
 fn range(from: f64, to: f64, count: usize) -> Vec<f64> {
@@ -63,7 +64,7 @@ impl Grid {
             power,
             polarization,
             indices: self.indices.iter().map(Vec::as_slice).collect(),
-            shape: &self.shape,
+            shape: self.shape.to_vec(),
             wavelength_nm: Operand { values: &self.wavelength_nm, strides: vec![1, 0, 0] },
             angle_deg: Operand { values: &self.angle_deg, strides: vec![0, 1, 0] },
             thickness_nm: self.thickness_nm.iter().map(|values| Operand { values, strides: vec![0, 0, 1] }).collect(),
@@ -127,10 +128,68 @@ fn single_precision(chosen: &dyn Fn(&str) -> bool) {
     }
 }
 
+fn colors(chosen: &dyn Fn(&str) -> bool) {
+    let oxide = Complex64::new(4.08, 0.028);
+    let film = vec![Complex64::from(1.0), Complex64::from(1.33), Complex64::from(1.0)];
+    let wafer = vec![Complex64::from(1.0), Complex64::from(1.46), oxide];
+    let mut ten = vec![Complex64::from(1.0)];
+    ten.extend((0..10).map(|j| Complex64::from(if j % 2 == 0 { 2.35 } else { 1.46 })));
+    ten.push(Complex64::from(1.52));
+    for (name, n, space) in [
+        ("colour, film, 0 to 2000 nm, XYZ", &film, Space::Xyz),
+        ("colour, film, 0 to 2000 nm, sRGB", &film, Space::Srgb),
+        ("colour, oxide on silicon, sRGB", &wafer, Space::Srgb),
+        ("colour, ten layers, one varies, sRGB", &ten, Space::Srgb),
+        ("colour, ten layers, all vary, sRGB", &ten, Space::Srgb),
+    ] {
+        for threads in [1, 2] {
+            let name = format!("{name}, {threads} threads");
+            if !chosen(&name) {
+                continue;
+            }
+            let layers = n.len() - 2;
+            let points = 16_384 / layers;
+            let thickness: Vec<f64> = (0..points)
+                .flat_map(|i| {
+                    let share = i as f64 / points as f64;
+                    (0..layers).map(move |j| if layers == 1 { 2000.0 * share } else { 100.0 * share + 3.0 * j as f64 })
+                })
+                .collect();
+            let thickness = if name.contains("one varies") { only_third(&thickness, layers) } else { thickness };
+            let made = StackColor::new(color_request(n, space)).unwrap();
+            let angle = vec![0.0; points];
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            report(&name, pool.install(|| best(points, || drop(black_box(made.colors(&thickness, &angle).unwrap())))));
+        }
+    }
+}
+
+/// The same points with all layers but the third held at 80 nm.
+fn only_third(thickness: &[f64], layers: usize) -> Vec<f64> {
+    thickness.iter().enumerate().map(|(i, t)| if i % layers == 2 { *t } else { 80.0 }).collect()
+}
+
+fn color_request(n: &[Complex64], space: Space) -> ColorRequest {
+    ColorRequest {
+        media: n.iter().map(|n| Medium::constant(*n).unwrap()).collect(),
+        coherent: vec![true; n.len() - 2],
+        illuminant: Illuminant::named("D65").unwrap(),
+        observer: Observer::Cie1931,
+        polarization: Polarization::Unpolarized,
+        quantity: Quantity::Reflectance,
+        model: Model::Exact,
+        grid: None,
+        space,
+        adaptation: Adaptation::None,
+        gamut: None,
+    }
+}
+
 fn main() {
     // `cargo bench` passes --bench; other arguments are parts of names.
     let wanted: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
     let chosen = |name: &str| wanted.iter().all(|part| name.contains(part.as_str()));
     sweeps(&chosen);
     single_precision(&chosen);
+    colors(&chosen);
 }

@@ -153,7 +153,7 @@ fn coherent_cases_by_vectors() {
                     power,
                     polarization: polarization(value),
                     indices: case.n.iter().map(std::slice::from_ref).collect(),
-                    shape: &[],
+                    shape: Vec::new(),
                     wavelength_nm: one(std::slice::from_ref(&case.wavelength_nm)),
                     angle_deg: one(std::slice::from_ref(&case.angle_deg)),
                     thickness_nm: case.d_nm.iter().map(|d| one(std::slice::from_ref(d))).collect(),

@@ -31,7 +31,7 @@ impl Problem {
             power,
             polarization,
             indices: self.indices.iter().map(Vec::as_slice).collect(),
-            shape: &self.shape,
+            shape: self.shape.clone(),
             wavelength_nm: Operand { values: &self.wavelength_nm.0, strides: self.wavelength_nm.1.clone() },
             angle_deg: Operand { values: &self.angle_deg.0, strides: self.angle_deg.1.clone() },
             thickness_nm: self
@@ -363,4 +363,35 @@ fn single_precision() {
     sweep.evaluate(&mut double).unwrap();
     sweep.evaluate_single(&mut single).unwrap();
     assert!(single.iter().zip(&double).all(|(single, double)| *single == *double as f32));
+}
+
+/// Weighted sums over rows against the values themselves, added up one by one: 4 * 10^-16 an addition.
+#[test]
+fn weighted_sums() {
+    let c = Complex64::new;
+    let real_film = real(&[1.0, 1.38, 1.52]);
+    let wafer = vec![vec![c(1.0, 0.0)], vec![c(1.46, 0.0)], vec![c(4.08, 0.028)]];
+    let gap = real(&[1.5, 1.0, 1.5]);
+    for indices in [real_film, wafer, gap] {
+        for light in POLARIZATIONS {
+            for power in POWERS {
+                let problem = grid(indices.clone(), vec![spread(13, 900.0)]);
+                let sweep = Sweep::new(problem.request(power, light)).unwrap();
+                let mut values = vec![0.0; problem.count()];
+                sweep.evaluate(&mut values).unwrap();
+                let weights: [Vec<f64>; 3] =
+                    [0.3, 1.7, 4.1].map(|phase: f64| (0..20).map(|i| (f64::from(i) * 0.7 + phase).sin()).collect());
+                let mut sums = vec![[f64::NAN; 3]; 13];
+                sweep.weigh(weights.each_ref().map(Vec::as_slice), &mut sums).unwrap();
+                for (element, sums) in sums.iter().enumerate() {
+                    for (sum, weights) in sums.iter().zip(&weights) {
+                        let plain: f64 = (0..20).map(|row| weights[row] * values[row * 13 + element]).sum();
+                        assert!((sum - plain).abs() < 20.0 * 4e-16, "{power:?} {light:?} {sum} {plain}");
+                    }
+                }
+                let wrong = sweep.weigh([&[1.0][..]; 3], &mut sums).unwrap_err().to_string();
+                assert!(wrong.contains("20 rows and 13 thicknesses"), "{wrong}");
+            }
+        }
+    }
 }

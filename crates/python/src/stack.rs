@@ -236,7 +236,7 @@ impl Job<'_> {
             power,
             polarization: self.polarization,
             indices: self.indices.clone(),
-            shape: &self.shape,
+            shape: self.shape.clone(),
             wavelength_nm: self.operands[0].clone(),
             angle_deg: self.operands[1].clone(),
             thickness_nm: self.operands[2..].to_vec(),

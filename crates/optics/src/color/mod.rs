@@ -12,11 +12,11 @@ mod jacobian;
 mod matrix;
 mod observer;
 mod request;
-mod single_film;
 mod space;
 mod stack_color;
 mod sums;
 mod table;
+mod two_beam;
 
 pub use basis::rgb_basis;
 pub use dias::{Dias1991, DiasMatrix, DiasTable, PRINTED_MATRIX, dias1991_wavelengths};

@@ -1,6 +1,6 @@
 //! What can be asked about the colour of a stack.
 
-use super::gamut::Mapping;
+use super::gamut::{Gamut, Mapping};
 use super::illuminant::Illuminant;
 use super::observer::Observer;
 use super::space::{Adaptation, Space};
@@ -106,6 +106,15 @@ impl ColorRequest {
             }
         }
         Ok(())
+    }
+
+    /// XYZ in the space that was asked for, and whether a gamut mapping had to change it.
+    pub(super) fn finish(&self, xyz: [f64; 3], white: [f64; 3]) -> ([f64; 3], bool) {
+        let value = self.space.from_xyz(xyz, white, self.adaptation);
+        match self.gamut.and_then(|mapping| Gamut::new(self.space, mapping)) {
+            None => (value, false),
+            Some(gamut) => gamut.map_encoded(self.space, value),
+        }
     }
 
     /// Whether the index of one medium of the stack can be used.

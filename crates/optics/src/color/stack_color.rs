@@ -5,11 +5,11 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-use super::gamut::Gamut;
 use super::request::{ColorRequest, Model, Quantity};
-use super::single_film::{FilmSpectrum, normal_wavenumber};
 use super::sums::{Grid, Weights};
-use crate::incidence::Incidence;
+use super::two_beam::TwoBeamSpectrum;
+use crate::incidence::{Incidence, sqrt_upper};
+use crate::stack::sweep::{Operand, Power, Sweep, SweepRequest};
 use crate::stack::{self, Solver};
 use crate::{Complex64, OpticsError};
 
@@ -17,6 +17,8 @@ use crate::{Complex64, OpticsError};
 pub const FRINGE_STEPS: f64 = 0.25;
 /// The grid is halved this often at most, to 1/4096 nm: enough for 5 cm of glass.
 const HALVINGS: usize = 12;
+/// Points a task: enough to share what an angle needs, few enough for their sums to stay in the second cache.
+const CHUNK: usize = 512;
 
 /// A request made ready: weights, and the indices of all media at every wavelength.
 #[derive(Debug)]
@@ -33,6 +35,8 @@ struct Level {
     columns: [Vec<f64>; 3],
     /// `media` indices at each wavelength.
     indices: Vec<Complex64>,
+    /// The same, a table a medium.
+    tables: Vec<Vec<Complex64>>,
     /// Media whose stated extension was used.
     extended: BTreeSet<String>,
 }
@@ -81,32 +85,27 @@ impl StackColor {
                 format!("thickness_nm must be >= 0 and finite, got {} at point {}", thickness_nm[i], i / layers);
             return Err(OpticsError::Argument(message));
         }
-        // Points of one angle share their Fresnel amplitudes: visit them together.
+        // Points of one angle share all that does not depend on thickness: visit them together.
         let mut order: Vec<usize> = (0..points).collect();
-        order.sort_by(|&a, &b| angle_deg[a].total_cmp(&angle_deg[b]));
-        let visited: Vec<(usize, [f64; 3], bool, f64)> = order
-            .par_chunks(256)
+        if angle_deg.windows(2).any(|pair| pair[0] != pair[1]) {
+            order.par_sort_unstable_by(|&a, &b| angle_deg[a].total_cmp(&angle_deg[b]).then(a.cmp(&b)));
+        }
+        let visited = order
+            .par_chunks(CHUNK)
             .map(|chunk| {
-                let mut at: Option<AtAngle> = None;
-                chunk
-                    .iter()
-                    .map(|&i| {
-                        let here = match &mut at {
-                            Some(here) if here.angle_deg == angle_deg[i] => here,
-                            other => other.insert(AtAngle::new(self, angle_deg[i])?),
-                        };
-                        let (value, outside, fringe) = here.color(&thickness_nm[i * layers..(i + 1) * layers])?;
-                        Ok((i, value, outside, fringe))
-                    })
-                    .collect::<Result<Vec<_>, OpticsError>>()
+                let runs = chunk.chunk_by(|&a, &b| angle_deg[a].to_bits() == angle_deg[b].to_bits());
+                let mut found = Vec::with_capacity(chunk.len());
+                for run in runs {
+                    AtAngle::new(self, angle_deg[run[0]])?.colors(run, thickness_nm, &mut found)?;
+                }
+                Ok(found)
             })
-            .collect::<Result<Vec<_>, _>>()?
-            .concat();
+            .collect::<Result<Vec<Vec<Found>>, OpticsError>>()?;
         let mut colors = Colors { values: vec![[0.0; 3]; points], ..Colors::default() };
-        for (i, value, outside, fringe) in visited {
-            colors.values[i] = value;
-            colors.out_of_gamut += u64::from(outside);
-            colors.fringe_steps = colors.fringe_steps.max(fringe);
+        for found in visited.into_iter().flatten() {
+            colors.values[found.point] = found.value;
+            colors.out_of_gamut += u64::from(found.outside);
+            colors.fringe_steps = colors.fringe_steps.max(found.fringe);
         }
         Ok(colors)
     }
@@ -136,8 +135,19 @@ impl StackColor {
             }
         }
         let columns = std::array::from_fn(|i| weights.xyz.iter().map(|w| w[i]).collect());
-        Ok(Level { weights, columns, indices, extended })
+        let places = request.media.len();
+        let tables = (0..places).map(|place| table(indices.iter().skip(place).step_by(places))).collect();
+        Ok(Level { weights, columns, indices, tables, extended })
     }
+}
+
+/// Indices of one medium at every wavelength, or the one that holds at all of them.
+fn table<'a>(indices: impl Iterator<Item = &'a Complex64>) -> Vec<Complex64> {
+    let mut table: Vec<Complex64> = indices.copied().collect();
+    if table.iter().all(|n| *n == table[0]) {
+        table.truncate(1);
+    }
+    table
 }
 
 /// A medium of the user's that stops inside the visible has no extension: say what can be done.
@@ -157,14 +167,15 @@ struct AtAngle<'a> {
     incidence: Incidence,
     /// max over the wavelengths of 2 Re(n cos theta) step / lambda^2, a layer; before any halving.
     fringe_per_nm: Vec<f64>,
-    films: Vec<Option<Film>>,
-    values: Vec<f64>,
 }
 
-/// How the spectrum is worked out at one refinement.
-enum Film {
-    Single(FilmSpectrum),
-    General,
+/// The colour of one point.
+struct Found {
+    point: usize,
+    value: [f64; 3],
+    outside: bool,
+    /// The fringe measure on a forced grid.
+    fringe: f64,
 }
 
 impl<'a> AtAngle<'a> {
@@ -180,63 +191,108 @@ impl<'a> AtAngle<'a> {
             let n = &level.indices[i * request.media.len()..][..request.media.len()];
             for (layer, fringe) in fringe_per_nm.iter_mut().enumerate() {
                 if request.coherent[layer] {
-                    let path = normal_wavenumber(incidence, n[0].re, n[layer + 1]).re.abs();
+                    let path = sqrt_upper(incidence.kz_squared(n[0].re, n[layer + 1])).re.abs();
                     *fringe = fringe.max(2.0 * path * step / (nm * nm));
                 }
             }
         }
-        let films = (0..=HALVINGS).map(|_| None).collect();
-        Ok(AtAngle { of, angle_deg, incidence, fringe_per_nm, films, values: Vec::new() })
+        Ok(AtAngle { of, angle_deg, incidence, fringe_per_nm })
     }
 
-    /// The colour at this angle, whether it was out of gamut, and the fringe measure on a forced grid.
-    fn color(&mut self, thickness_nm: &[f64]) -> Result<([f64; 3], bool, f64), OpticsError> {
+    /// The colours of some points, all at this angle.
+    fn colors(&self, points: &[usize], thickness_nm: &[f64], found: &mut Vec<Found>) -> Result<(), OpticsError> {
         let request = &self.of.request;
-        let fringe: f64 = self.fringe_per_nm.iter().zip(thickness_nm).map(|(f, t)| f * t).sum();
-        let halvings = if request.grid.is_some() { 0 } else { halvings_for(fringe, thickness_nm)? };
-        let level = self.of.level(halvings)?;
-        let xyz = self.xyz(level, halvings, thickness_nm)?;
-        let white = level.weights.white;
-        let (value, outside) = match request.gamut.and_then(|mapping| Gamut::new(request.space, mapping)) {
-            None => (request.space.from_xyz(xyz, white, request.adaptation), false),
-            Some(gamut) => gamut.map_encoded(request.space, request.space.from_xyz(xyz, white, request.adaptation)),
-        };
-        Ok((value, outside, if request.grid.is_some() { fringe } else { 0.0 }))
+        let layers = request.coherent.len();
+        let row = |point: usize| &thickness_nm[point * layers..(point + 1) * layers];
+        let fringe = |point: usize| self.fringe_per_nm.iter().zip(row(point)).map(|(f, t)| f * t).sum::<f64>();
+        let halvings: Vec<usize> = points
+            .iter()
+            .map(|&point| match request.grid {
+                Some(_) => Ok(0),
+                None => halvings_for(fringe(point), row(point)),
+            })
+            .collect::<Result<_, _>>()?;
+        let mut xyz = Vec::with_capacity(points.len());
+        let mut rows = Vec::with_capacity(points.len() * layers);
+        // (Neighbours with the same refinement; in a chart these are all of them, or nearly.)
+        let mut start = 0;
+        while start < points.len() {
+            let same = halvings[start..].iter().take_while(|h| **h == halvings[start]).count();
+            let run = &points[start..start + same];
+            rows.clear();
+            run.iter().for_each(|&point| rows.extend_from_slice(row(point)));
+            let level = self.of.level(halvings[start])?;
+            xyz.clear();
+            xyz.resize(run.len(), [0.0; 3]);
+            self.xyz(level, &rows, &mut xyz)?;
+            for (&point, &xyz) in run.iter().zip(&xyz) {
+                let (value, outside) = request.finish(xyz, level.weights.white);
+                let fringe = if request.grid.is_some() { fringe(point) } else { 0.0 };
+                found.push(Found { point, value, outside, fringe });
+            }
+            start += same;
+        }
+        Ok(())
     }
 
-    fn xyz(&mut self, level: &Level, halvings: usize, thickness_nm: &[f64]) -> Result<[f64; 3], OpticsError> {
-        if self.films[halvings].is_none() {
-            self.films[halvings] = Some(self.film(level)?);
-        }
-        self.values.resize(level.weights.wavelength_nm.len(), 0.0);
-        match &self.films[halvings] {
-            Some(Film::Single(film)) => film.evaluate(thickness_nm[0], &mut self.values),
-            _ => general(&self.of.request, level, self.incidence, thickness_nm, &mut self.values)?,
-        }
-        Ok(level.columns.each_ref().map(|weights| dot(weights, &self.values)))
-    }
-
-    fn film(&self, level: &Level) -> Result<Film, OpticsError> {
+    /// XYZ of some points at one refinement.
+    fn xyz(&self, level: &Level, thickness_nm: &[f64], out: &mut [[f64; 3]]) -> Result<(), OpticsError> {
         let request = &self.of.request;
-        if request.coherent != [true] {
-            return Ok(Film::General);
-        }
-        let indices: Vec<[Complex64; 3]> = level.indices.as_chunks::<3>().0.to_vec();
+        let layers = request.coherent.len();
         let wavelengths = &level.weights.wavelength_nm;
-        match request.model {
-            Model::TwoBeam => FilmSpectrum::two_beam(wavelengths, &indices, self.incidence).map(Film::Single).map_err(|nm| {
+        let mut values = vec![0.0; wavelengths.len()];
+        if request.model == Model::TwoBeam {
+            let indices = level.indices.as_chunks::<3>().0;
+            let film = TwoBeamSpectrum::new(wavelengths, indices, self.incidence).map_err(|nm| {
                 OpticsError::Argument(format!(
-                    "model=\"two-beam\" does not hold beyond the critical angle: at angle_deg={} no light of {nm} nm enters the film",
+                    "model=\"two-beam\" does not hold beyond the critical angle: at angle_deg={} no light of {nm} nm \
+                     enters the film",
                     self.angle_deg
                 ))
-            }),
-            Model::Exact => Ok(
-                match FilmSpectrum::exact(wavelengths, &indices, self.incidence, request.polarization, request.quantity) {
-                    Some(film) => Film::Single(film),
-                    None => Film::General,
-                },
-            ),
+            })?;
+            for (out, thickness) in out.iter_mut().zip(thickness_nm) {
+                film.evaluate(*thickness, &mut values);
+                *out = level.columns.each_ref().map(|weights| dot(weights, &values));
+            }
+            return Ok(());
         }
+        let columns = level.columns.each_ref().map(Vec::as_slice);
+        match self.sweep(level, thickness_nm, out.len()) {
+            Some(sweep) => sweep.weigh(columns, out),
+            None => {
+                for (place, out) in out.iter_mut().enumerate() {
+                    let row = &thickness_nm[place * layers..(place + 1) * layers];
+                    general(request, level, self.incidence, row, &mut values)?;
+                    *out = columns.map(|weights| dot(weights, &values));
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// The spectra of some points by vectors, `None` where these do not cover the stack.
+    fn sweep<'b>(&'b self, level: &'b Level, thickness_nm: &'b [f64], points: usize) -> Option<Sweep<'b>> {
+        let request = &self.of.request;
+        if request.coherent.contains(&false) {
+            return None;
+        }
+        let layers = request.coherent.len();
+        let wavelength_nm = &level.weights.wavelength_nm;
+        Sweep::new(SweepRequest {
+            power: match request.quantity {
+                Quantity::Reflectance => Power::Reflectance,
+                Quantity::Transmittance => Power::Transmittance,
+                Quantity::Absorptance => Power::Absorptance,
+            },
+            polarization: request.polarization,
+            indices: level.tables.iter().map(Vec::as_slice).collect(),
+            shape: vec![points, wavelength_nm.len()],
+            wavelength_nm: Operand { values: wavelength_nm, strides: vec![0, 1] },
+            angle_deg: Operand { values: std::slice::from_ref(&self.angle_deg), strides: vec![0, 0] },
+            thickness_nm: (0..layers)
+                .map(|layer| Operand { values: &thickness_nm[layer..], strides: vec![layers, 0] })
+                .collect(),
+        })
     }
 }
 
@@ -329,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn closed_form_is_the_general_solver() {
+    fn vectors_are_the_general_solver() {
         let gold = Complex64::new(0.3, 2.9);
         for n in [
             [1.0.into(), 1.33.into(), 1.0.into()],
@@ -344,9 +400,13 @@ mod tests {
                     let made =
                         StackColor::new(ColorRequest { quantity, polarization, ..request(&n, &[true]) }).unwrap();
                     for (deg, t) in [(0.0, 5.0), (30.0, 310.0), (60.0, 1500.0), (80.0, 40.0)] {
-                        let mut at = AtAngle::new(&made, deg).unwrap();
-                        let (fast, ..) = at.color(&[t]).unwrap();
-                        let (level, mut values) = (made.level(0).unwrap(), vec![0.0; at.values.len()]);
+                        let at = AtAngle::new(&made, deg).unwrap();
+                        let level = made.level(0).unwrap();
+                        assert!(at.sweep(level, &[t], 1).is_some());
+                        let mut fast = [[0.0; 3]];
+                        at.xyz(level, &[t], &mut fast).unwrap();
+                        let [fast] = fast;
+                        let mut values = vec![0.0; level.weights.wavelength_nm.len()];
                         general(&made.request, level, at.incidence, &[t], &mut values).unwrap();
                         let slow = level.columns.each_ref().map(|w| dot(w, &values));
                         close(fast, slow, 2e-14);

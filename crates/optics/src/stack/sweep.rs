@@ -50,7 +50,7 @@ pub struct SweepRequest<'a> {
     /// Of each medium, first to last, its index at every wavelength, or a single one that holds at all of them.
     pub indices: Vec<&'a [Complex64]>,
     /// Shape of the result.
-    pub shape: &'a [usize],
+    pub shape: Vec<usize>,
     /// Vacuum wavelength in nm.
     pub wavelength_nm: Operand<'a>,
     /// Angle of incidence in degrees.
@@ -103,7 +103,7 @@ impl<'a> Sweep<'a> {
         let SweepRequest { power, polarization, indices, shape, wavelength_nm, angle_deg, thickness_nm } = request;
         let layers = thickness_nm.len();
         let operands: Vec<Operand<'a>> = [wavelength_nm, angle_deg].into_iter().chain(thickness_nm).collect();
-        let fits = |operand: &Operand<'_>| operand.strides.len() == shape.len() && operand.reaches(shape);
+        let fits = |operand: &Operand<'_>| operand.strides.len() == shape.len() && operand.reaches(&shape);
         let count = shape.iter().try_fold(1_usize, |count, &length| count.checked_mul(length))?;
         if indices.len() != layers + 2 || count == 0 || !operands.iter().all(fits) {
             return None;
@@ -136,7 +136,7 @@ impl<'a> Sweep<'a> {
             power,
             polarization,
             media,
-            axes: axes_of(shape, &operands),
+            axes: axes_of(&shape, &operands),
             values: operands.iter().map(|operand| operand.values).collect(),
             count,
             directions,

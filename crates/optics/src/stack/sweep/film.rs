@@ -136,3 +136,29 @@ pub(super) fn along_rows<S: Simd, const PARTS: usize>(simd: S, rows: &FilmRows, 
         out.store::<S>(at, evaluate(simd, rate, &parts, thickness_nm.load(simd, at)));
     }
 }
+
+/// All thicknesses, all rows of a block, added to the three weighted sums of each thickness.
+#[inline(always)]
+pub(super) fn weigh_along_rows<S: Simd, const PARTS: usize>(
+    simd: S,
+    rows: &FilmRows,
+    thickness_nm: &[f64],
+    weights: &[Lane; 3],
+    sums: &mut [[Lane; 3]],
+) {
+    for at in (0..LANES).step_by(S::f64s::LEN) {
+        let rate = rows.rate.load(simd, at);
+        let mut parts = [[rate; 3]; PARTS];
+        for (part, of) in parts.iter_mut().zip(&rows.parts) {
+            *part = [of.a.load(simd, at), of.b.load(simd, at), of.d.load(simd, at)];
+        }
+        let weights = [weights[0].load(simd, at), weights[1].load(simd, at), weights[2].load(simd, at)];
+        for (&thickness, sums) in thickness_nm.iter().zip(&mut *sums) {
+            let value = evaluate(simd, rate, &parts, S::f64s::splat(simd, thickness));
+            for (sum, weight) in sums.iter_mut().zip(weights) {
+                let added = value.mul_add(weight, sum.load(simd, at));
+                sum.store::<S>(at, added);
+            }
+        }
+    }
+}

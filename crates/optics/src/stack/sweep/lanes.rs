@@ -22,9 +22,26 @@ impl Lane {
         S::f64s::from_slice(simd, &self.0[at..at + S::f64s::LEN])
     }
 
+    /// The sum of all lanes, in an order of its own.
+    pub(super) fn total(&self) -> f64 {
+        let [a, b, c, d, e, f, g, h] = self.0;
+        ((a + b) + (c + d)) + ((e + f) + (g + h))
+    }
+
     #[inline(always)]
     pub(super) fn store<S: Simd>(&mut self, at: usize, value: S::f64s) {
         value.store_slice(&mut self.0[at..at + S::f64s::LEN]);
+    }
+}
+
+/// Adds `values` to three sums, each times its weight.
+#[inline(always)]
+pub(super) fn add_weighted<S: Simd>(simd: S, values: &Lane, weights: &[Lane; 3], sums: &mut [Lane; 3]) {
+    for (weight, sum) in weights.iter().zip(sums) {
+        for at in (0..LANES).step_by(S::f64s::LEN) {
+            let value = values.load(simd, at).mul_add(weight.load(simd, at), sum.load(simd, at));
+            sum.store::<S>(at, value);
+        }
     }
 }
 

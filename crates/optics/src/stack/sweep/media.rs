@@ -2,10 +2,9 @@
 
 use crate::Complex64;
 use crate::incidence::Incidence;
-use crate::stack::check_indices;
 
-/// Indices beyond these have squares and ratios that the kernels were not made for.
-const MODULUS_RANGE: (f64, f64) = (1e-3, 1e3);
+/// Squared moduli of indices from 1e-3 to 1e3: beyond, the kernels' squares and ratios could leave their range.
+const SQUARED_RANGE: (f64, f64) = (1e-6, 1e6);
 
 /// The media, each different one once: a mirror of a hundred layers has two, and their wavenumbers are worked out once.
 #[derive(Debug)]
@@ -43,23 +42,23 @@ impl<'a> Media<'a> {
         let mut media =
             Media { real: vec![true; tables.len()], thickest_nm: vec![-1.0; tables.len()], absorbs: false, tables, of };
         media.thickest_nm[media.of[last]] = 0.0;
-        let coherent = vec![true; last - 1];
-        let different = if indices.iter().all(|table| table.len() == 1) { 1 } else { wavelengths };
-        let mut at = vec![Complex64::default(); last + 1];
-        for place in 0..different {
-            for (index, table) in at.iter_mut().zip(indices) {
-                *index = if table.len() == 1 { table[0] } else { table[place] };
-                let modulus = index.norm();
-                if !(modulus >= MODULUS_RANGE.0 && modulus <= MODULUS_RANGE.1 && index.im >= 0.0) {
+        let entry = |table: &[Complex64], place: usize| if table.len() == 1 { table[0] } else { table[place] };
+        let first = media.tables[media.of[0]];
+        for (medium, table) in media.tables.iter().enumerate() {
+            let places = if first.len() == 1 { table.len() } else { wavelengths };
+            for place in 0..places {
+                let (n, n_first) = (entry(table, place), entry(first, place));
+                let square = n.norm_sqr();
+                if !(square >= SQUARED_RANGE.0 && square <= SQUARED_RANGE.1 && n.re >= 0.0 && n.im >= 0.0) {
                     return None;
                 }
-            }
-            check_indices(&at, &coherent).ok()?;
-            for (position, (n, &medium)) in at.iter().zip(&media.of).enumerate() {
                 // Light enters at every angle: kz^2 > 0.
-                media.real[medium] &= n.im == 0.0 && n.re * n.re > at[0].re * at[0].re * sine_squared;
-                media.absorbs |= (1..last).contains(&position) && n.re * n.im != 0.0;
+                media.real[medium] &= n.im == 0.0 && n.re * n.re > n_first.re * n_first.re * sine_squared;
+                media.absorbs |= n.re * n.im != 0.0 && media.of[1..last].contains(&medium);
             }
+        }
+        if first.iter().any(|n| n.re == 0.0 || n.im != 0.0) {
+            return None;
         }
         Some(media)
     }

@@ -2,9 +2,9 @@
 
 use fearless_simd::{Simd, dispatch};
 
-use super::axes::{Inner, Walk, split};
-use super::film::{FilmRows, along_rows, along_thickness};
-use super::lanes::{LANES, Lane};
+use super::axes::{Axis, Inner, Walk, split};
+use super::film::{FilmRows, along_rows, along_thickness, weigh_along_rows};
+use super::lanes::{LANES, Lane, add_weighted};
 use super::march::{Power, StackRows, march};
 use super::rows::Block;
 use super::single::{self, Lengths};
@@ -87,6 +87,68 @@ impl Sweep<'_> {
         self.run(&mut SweepTask { axes, offsets, out: &mut double })?;
         for (single, double) in task.out.iter_mut().zip(double) {
             *single = double as f32;
+        }
+        Ok(())
+    }
+
+    /// Sums over all rows, weighted three times: entry `j` of `out` is, for thicknesses `j`, the sum over rows `i` of value
+    /// times `weights[.][i]`. Rows and thicknesses are counted in C order of their own axes. What a colour is.
+    ///
+    /// Sums run in eight lanes and then over these; the order does not depend on how many thicknesses there are.
+    pub fn weigh(&self, weights: [&[f64]; 3], out: &mut [[f64; 3]]) -> Result<(), OpticsError> {
+        let (row_axes, inner_axes) = split(&self.axes);
+        let rows: usize = row_axes.iter().map(|axis| axis.length).product();
+        let inner: usize = inner_axes.iter().map(|axis| axis.length).product();
+        if weights.iter().any(|column| column.len() != rows) || out.len() != inner {
+            let got = (weights.map(<[f64]>::len), out.len());
+            return Err(OpticsError::Argument(format!("{rows} rows and {inner} thicknesses to weigh, got {got:?}")));
+        }
+        if self.kernel == Kernel::Zero {
+            out.fill([0.0; 3]);
+            return Ok(());
+        }
+        dispatch!(self.level, simd => self.weigh_with(simd, &row_axes, &inner_axes, weights, out))
+    }
+
+    #[inline(always)]
+    fn weigh_with<S: Simd>(
+        &self,
+        simd: S,
+        row_axes: &[Axis],
+        inner_axes: &[Axis],
+        weights: [&[f64]; 3],
+        out: &mut [[f64; 3]],
+    ) -> Result<(), OpticsError> {
+        let start = vec![0; self.values.len()];
+        let inner = Inner::new(inner_axes, row_axes, &start, &self.values[2..]);
+        let mut walk = Walk::new(row_axes, start);
+        let mut desk = Desk::new(self, self.values.len());
+        let mut sums = vec![[Lane::ZERO; 3]; out.len()];
+        let mut done = 0;
+        while walk.left > 0 {
+            let rows = self.gather(&mut walk, &mut desk)?;
+            self.prepare(simd, &mut desk);
+            let mut block = [Lane::ZERO; 3];
+            for (lane, column) in block.iter_mut().zip(weights) {
+                lane.0[..rows].copy_from_slice(&column[done..done + rows]);
+            }
+            done += rows;
+            let plain = self.kernel == Kernel::Film && !inner.moves() && !desk.block.odd.contains(&true);
+            match self.polarization {
+                Polarization::Unpolarized if plain => {
+                    weigh_along_rows::<S, 2>(simd, &desk.film, inner.values(0), &block, &mut sums);
+                }
+                _ if plain => weigh_along_rows::<S, 1>(simd, &desk.film, inner.values(0), &block, &mut sums),
+                _ => {
+                    for (element, sums) in sums.iter_mut().enumerate() {
+                        let values = self.rows_at(simd, &mut desk, rows, &inner, element)?;
+                        add_weighted(simd, &values, &block, sums);
+                    }
+                }
+            }
+        }
+        for (out, sums) in out.iter_mut().zip(&sums) {
+            *out = [sums[0].total(), sums[1].total(), sums[2].total()];
         }
         Ok(())
     }
@@ -273,32 +335,9 @@ impl Sweep<'_> {
         out: &mut [f64],
     ) -> Result<(), OpticsError> {
         let start = desk.out[0];
-        let any_odd = desk.block.odd.contains(&true);
         let in_order = rows == LANES && (1..LANES).all(|lane| desk.out[lane] == start + lane);
         for element in 0..inner.len() {
-            for (layer, lanes) in desk.lanes.iter_mut().enumerate() {
-                inner.gather(layer, element, &desk.offsets, self.values[2 + layer], lanes);
-            }
-            let mut result = Lane::ZERO;
-            if self.kernel == Kernel::Film {
-                match self.polarization {
-                    Polarization::Unpolarized => along_rows::<S, 2>(simd, &desk.film, &desk.lanes[0], &mut result),
-                    _ => along_rows::<S, 1>(simd, &desk.film, &desk.lanes[0], &mut result),
-                }
-            } else {
-                self.march(simd, &desk.stack, &desk.lanes, &mut result);
-            }
-            let unsound = any_odd || result.0.iter().any(|value| value.is_nan());
-            if unsound {
-                for row in 0..rows {
-                    if desk.block.odd[row] || result.0[row].is_nan() {
-                        for (thickness, lanes) in desk.thickness_nm.iter_mut().zip(&desk.lanes) {
-                            *thickness = lanes.0[row];
-                        }
-                        result.0[row] = self.carefully(desk, row)?;
-                    }
-                }
-            }
+            let result = self.rows_at(simd, desk, rows, inner, element)?;
             let step = inner.out(element);
             if in_order {
                 out[start + step..][..LANES].copy_from_slice(&result.0);
@@ -309,6 +348,43 @@ impl Sweep<'_> {
             }
         }
         Ok(())
+    }
+
+    /// A block of rows at one set of thicknesses.
+    #[inline(always)]
+    fn rows_at<S: Simd>(
+        &self,
+        simd: S,
+        desk: &mut Desk,
+        rows: usize,
+        inner: &Inner,
+        element: usize,
+    ) -> Result<Lane, OpticsError> {
+        for (layer, lanes) in desk.lanes.iter_mut().enumerate() {
+            inner.gather(layer, element, &desk.offsets, self.values[2 + layer], lanes);
+        }
+        let mut result = Lane::ZERO;
+        if self.kernel == Kernel::Film {
+            match self.polarization {
+                Polarization::Unpolarized => along_rows::<S, 2>(simd, &desk.film, &desk.lanes[0], &mut result),
+                _ => along_rows::<S, 1>(simd, &desk.film, &desk.lanes[0], &mut result),
+            }
+        } else {
+            self.march(simd, &desk.stack, &desk.lanes, &mut result);
+        }
+        if desk.block.odd.contains(&true) || result.0.iter().any(|value| value.is_nan()) {
+            for row in 0..rows {
+                if desk.block.odd[row] || result.0[row].is_nan() {
+                    for (thickness, lanes) in desk.thickness_nm.iter_mut().zip(&desk.lanes) {
+                        *thickness = lanes.0[row];
+                    }
+                    result.0[row] = self.carefully(desk, row)?;
+                }
+            }
+            // Past the last row stand copies of it, which nobody asked for.
+            result.0[rows..].fill(0.0);
+        }
+        Ok(result)
     }
 
     #[inline(always)]
