@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 
 mod color;
+mod flow;
 mod medium;
 mod render;
 mod scene;
@@ -16,6 +17,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     stack::register(module)?;
     color::register(module)?;
     thickness::register(module)?;
+    flow::register(module)?;
     scene::register(module)?;
     render::register(module)
 }
