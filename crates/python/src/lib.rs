@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 
 mod color;
 mod detail;
+mod flow;
 mod medium;
 mod render;
 mod scene;
@@ -18,6 +19,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     color::register(module)?;
     detail::register(module)?;
     thickness::register(module)?;
+    flow::register(module)?;
     scene::register(module)?;
     render::register(module)
 }

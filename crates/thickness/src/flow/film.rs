@@ -261,6 +261,11 @@ impl Film {
 
     /// Steps until `time_s`, in steps of one length that is at most the parameters' own; less if the film bursts.
     pub fn advance_to(&mut self, time_s: f64) -> Result<(), FlowError> {
+        self.advance_while(time_s, |_| true)
+    }
+
+    /// The same, as long as `goes_on` says so before each step; stopped, it stays between the two times.
+    pub fn advance_while(&mut self, time_s: f64, mut goes_on: impl FnMut(&Film) -> bool) -> Result<(), FlowError> {
         let start = self.state.time_s;
         if !(time_s.is_finite() && time_s >= start) {
             let message = format!("must be a finite time, at least the film's own, {start:?} s, got {time_s:?}");
@@ -268,7 +273,7 @@ impl Film {
         }
         let count = ((time_s - start) / self.parameters.step_s - 1e-9).ceil().max(0.0) as u64;
         for k in 0..count {
-            if self.state.ruptured_s.is_some() {
+            if self.state.ruptured_s.is_some() || !goes_on(self) {
                 return Ok(());
             }
             let dt = (time_s - start) / count as f64;

@@ -5,6 +5,7 @@ mod carry;
 mod chance;
 mod checkpoint;
 mod events;
+mod field;
 mod film;
 mod grid;
 mod parameters;
@@ -16,6 +17,7 @@ mod viscosity;
 #[cfg(test)]
 mod laws;
 
+pub use field::{MOST_SECONDS, field};
 pub use film::{Books, Film, FlowError, State};
 pub use grid::Shape;
 pub use parameters::{PRESETS, Parameters};

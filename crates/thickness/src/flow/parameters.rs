@@ -88,8 +88,11 @@ pub struct Parameters {
     pub seed: u64,
 }
 
+/// Most cells of a grid: 4096 x 2048.
+const MOST_CELLS: usize = 1 << 23;
+
 /// Presets by name.
-pub const PRESETS: [&str; 8] = [
+pub const PRESETS: [&str; 10] = [
     "bubble-on-bath",
     "bubble-on-bath-time-lapse",
     "free-bubble",
@@ -98,6 +101,8 @@ pub const PRESETS: [&str; 8] = [
     "giant-bubble-time-lapse",
     "late",
     "late-time-lapse",
+    "vertical-film",
+    "vertical-film-time-lapse",
 ];
 
 impl Parameters {
@@ -112,8 +117,8 @@ impl Parameters {
     pub fn preset(name: &str) -> Result<Parameters, ThicknessError> {
         let dome = Parameters {
             shape: Shape::Sphere { radius_m: 0.025, rim_deg: 90.0 },
-            columns: 512,
-            rows: 128,
+            columns: 384,
+            rows: 96,
             step_s: 5e-3,
             thickness_m: 450e-9,
             noise: 0.25,
@@ -154,7 +159,7 @@ impl Parameters {
         };
         let free = Parameters {
             shape: Shape::Sphere { radius_m: 0.03, rim_deg: 180.0 },
-            rows: 256,
+            rows: 192,
             noise: 0.3,
             noise_length_m: [0.03 / 4.0, 0.03 / 40.0],
             patch_m: 2.5e-3,
@@ -172,14 +177,26 @@ impl Parameters {
             air_length_m: 0.05,
             wind: 0.3,
             eddies: 0.15,
-            // Diffusion from a sphere of this radius at half humidity, from both faces.
-            evaporation: 3e-9,
+            // Diffusion from a sphere of this radius at half humidity.
+            evaporation: 1.4e-9,
             ..free.clone()
         };
         // 40 spots a second over 10 cm2.
         let late =
             Parameters { thickness_m: 260e-9, evaporation: 30e-9, spots: 4e3, spot_below_m: 170e-9, ..dome.clone() };
+        // The middle of a wide frame, 10 cm across before it repeats: its sides are out of sight.
+        let vertical = Parameters {
+            shape: Shape::Plane { width_m: 0.1, height_m: 0.06 },
+            columns: 320,
+            rows: 192,
+            thickness_m: 700e-9,
+            noise_length_m: [0.01, 0.001],
+            evaporation: 10e-9,
+            ..dome.clone()
+        };
         match name {
+            "vertical-film" => Ok(vertical),
+            "vertical-film-time-lapse" => Ok(Parameters { regeneration: 0.4, ..vertical }),
             "bubble-on-bath" => Ok(dome),
             "bubble-on-bath-time-lapse" => Ok(Parameters { regeneration: 0.4, wind: 0.03, ..dome }),
             "free-bubble" => Ok(free),
@@ -222,6 +239,12 @@ impl Parameters {
                 return wrong(key, format!("must be from {least} to 16384 cells, got {value}"));
             }
         }
+        // Each cell takes about 250 bytes.
+        if self.columns * self.rows > MOST_CELLS {
+            let message =
+                format!("times rows must be at most {MOST_CELLS} cells, got {} x {}", self.columns, self.rows);
+            return wrong("columns", message);
+        }
         if !self.columns.is_multiple_of(2) {
             return wrong("columns", format!("must be even, got {}", self.columns));
         }
@@ -233,14 +256,17 @@ impl Parameters {
         }
         if self.noise_length_m[1] > self.noise_length_m[0] {
             return wrong(
-                "noise_length_m",
-                format!("must be the longest, then the shortest, got {:?}", self.noise_length_m),
+                "noise_shortest_m",
+                format!(
+                    "must not exceed noise_longest_m, {:?}, got {:?}",
+                    self.noise_length_m[0], self.noise_length_m[1]
+                ),
             );
         }
         if self.black_m > self.black_below_m {
             return wrong(
-                "black_m",
-                format!("must not exceed black_below_m, {:?}, got {:?}", self.black_below_m, self.black_m),
+                "black_nm",
+                format!("must not exceed black_below_nm, {:?}, got {:?}", self.black_below_m * 1e9, self.black_m * 1e9),
             );
         }
         if self.tolerance > 0.1 {
@@ -304,59 +330,121 @@ impl Parameters {
             .collect()
     }
 
-    /// Every number by its name, in a fixed order: what a checkpoint remembers. A plane's width and height stand where
-    /// a sphere has its radius and rim.
+    /// Every number by the name it has outside, in the unit that the name says and in a fixed order: what a checkpoint
+    /// remembers. A plane's width and height stand where a sphere has its radius and rim; the seed by its bits.
     pub fn listed(&self) -> Vec<(&'static str, f64)> {
         let shape = match self.shape {
             Shape::Sphere { radius_m, rim_deg } => [("radius_m", radius_m), ("rim_deg", rim_deg)],
             Shape::Plane { width_m, height_m } => [("width_m", width_m), ("height_m", height_m)],
         };
         let mut all = shape.to_vec();
-        all.extend([
-            ("columns", self.columns as f64),
-            ("rows", self.rows as f64),
-            ("step_s", self.step_s),
-            ("thickness_m", self.thickness_m),
-            ("noise", self.noise),
-            ("noise_length_m", self.noise_length_m[0]),
-            ("noise_length_m", self.noise_length_m[1]),
-            ("density", self.density),
-            ("gravity", self.gravity),
-            ("viscosity", self.viscosity),
-            ("surface_viscosity", self.surface_viscosity),
-            ("elasticity", self.elasticity),
-            ("tension", self.tension),
-            ("surfactant_diffusivity", self.surfactant_diffusivity),
-            ("surfactant_exchange_s", self.surfactant_exchange_s),
-            ("air_density", self.air_density),
-            ("air_viscosity", self.air_viscosity),
-            ("air_length_m", self.air_length_m),
-            ("air_speed", self.air_speed),
-            ("air_mass", self.air_mass),
-            ("wind", self.wind),
-            ("eddies", self.eddies),
-            ("evaporation", self.evaporation),
-            ("drains_inside", f64::from(u8::from(self.drains_inside))),
-            ("regeneration", self.regeneration),
-            ("meniscus_m", self.meniscus_m),
-            ("patch_m", self.patch_m),
-            ("patch_ratio", self.patch_ratio),
-            ("patch_s", self.patch_s),
-            ("drop_m", self.drop_m),
-            ("black_below_m", self.black_below_m),
-            ("black_m", self.black_m),
-            ("black_s", self.black_s),
-            ("spots", self.spots),
-            ("spot_below_m", self.spot_below_m),
-            ("spot_m", self.spot_m),
-            ("spot_speed", self.spot_speed),
-            ("rupture_m", self.rupture_m),
-            ("tolerance", self.tolerance),
-            // Exact for every seed: its bits, not its value.
-            ("seed", f64::from_bits(self.seed)),
-        ]);
+        all.extend([("columns", self.columns as f64), ("rows", self.rows as f64)]);
+        all.extend(self.numbers());
+        all.push(("drains_inside", f64::from(u8::from(self.drains_inside))));
+        // Exact for every seed: its bits, not its value.
+        all.push(("seed", f64::from_bits(self.seed)));
         all
     }
+
+    /// Changes one number by the name it has in [`Parameters::listed`]; `humidity` (0 to 1) stands for the evaporation of
+    /// a bubble of this size into still air. Columns, rows and the seed are set by themselves.
+    ///
+    /// ```
+    /// use iridesce_thickness::flow::Parameters;
+    /// let mut film = Parameters::preset("late")?;
+    /// film.set("humidity", 0.5)?;
+    /// assert!((film.evaporation * 1e9 - 8.65).abs() < 0.01); // nm/s at a radius of 2.5 cm
+    /// assert!(film.set("viscosty", 1e-3).unwrap_err().message.contains("viscosity_pa_s"));
+    /// # Ok::<(), iridesce_thickness::ThicknessError>(())
+    /// ```
+    pub fn set(&mut self, name: &str, value: f64) -> Result<(), ThicknessError> {
+        match (name, &mut self.shape) {
+            ("radius_m", Shape::Sphere { radius_m: place, .. })
+            | ("rim_deg", Shape::Sphere { rim_deg: place, .. })
+            | ("width_m", Shape::Plane { width_m: place, .. })
+            | ("height_m", Shape::Plane { height_m: place, .. }) => *place = value,
+            ("drains_inside", _) => self.drains_inside = value != 0.0,
+            ("humidity", shape) => {
+                if !(0.0..=1.0).contains(&value) {
+                    let message = format!("must be a relative humidity from 0 to 1, got {value:?}");
+                    return Err(ThicknessError { key: "humidity", message });
+                }
+                let size = match *shape {
+                    Shape::Sphere { radius_m, .. } => radius_m,
+                    Shape::Plane { width_m, height_m } => width_m.min(height_m) / 2.0,
+                };
+                // Diffusion from the outer face; the air within is damp. Vapour: 2.5e-5 m2/s, 17.3 g/m3 at 20 C.
+                self.evaporation = 2.5e-5 * 17.3e-3 * (1.0 - value) / (self.density * size);
+            }
+            _ => {
+                if !self.set_number(name, value) {
+                    let known = self.listed().into_iter().map(|(name, _)| name);
+                    let known: Vec<&str> = known.filter(|k| !["columns", "rows", "seed"].contains(k)).collect();
+                    let message = format!("must be one of {}, humidity, got {name:?}", known.join(", "));
+                    return Err(ThicknessError { key: "parameter", message });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Names with units for fields in SI.
+macro_rules! numbers {
+    ($($name:literal = $($field:ident)? $([$list:ident $index:literal])? * $scale:literal,)*) => {
+        impl Parameters {
+            fn numbers(&self) -> Vec<(&'static str, f64)> {
+                vec![$(($name, self$(.$field)?$(.$list[$index])? * $scale),)*]
+            }
+
+            fn set_number(&mut self, name: &str, value: f64) -> bool {
+                match name {
+                    $($name => self$(.$field)?$(.$list[$index])? = value / $scale,)*
+                    _ => return false,
+                }
+                true
+            }
+        }
+    };
+}
+
+numbers! {
+    "step_s" = step_s * 1.0,
+    "thickness_nm" = thickness_m * 1e9,
+    "noise" = noise * 1.0,
+    "noise_longest_m" = [noise_length_m 0] * 1.0,
+    "noise_shortest_m" = [noise_length_m 1] * 1.0,
+    "density_kg_m3" = density * 1.0,
+    "gravity_m_s2" = gravity * 1.0,
+    "viscosity_pa_s" = viscosity * 1.0,
+    "surface_viscosity_pa_s_m" = surface_viscosity * 1.0,
+    "elasticity_n_m" = elasticity * 1.0,
+    "tension_n_m" = tension * 1.0,
+    "surfactant_diffusivity_m2_s" = surfactant_diffusivity * 1.0,
+    "surfactant_exchange_s" = surfactant_exchange_s * 1.0,
+    "air_density_kg_m3" = air_density * 1.0,
+    "air_viscosity_m2_s" = air_viscosity * 1.0,
+    "air_length_m" = air_length_m * 1.0,
+    "air_speed_m_s" = air_speed * 1.0,
+    "air_mass_kg_m2" = air_mass * 1.0,
+    "wind_m_s" = wind * 1.0,
+    "eddies_m_s" = eddies * 1.0,
+    "evaporation_nm_s" = evaporation * 1e9,
+    "regeneration" = regeneration * 1.0,
+    "meniscus_m" = meniscus_m * 1.0,
+    "patch_m" = patch_m * 1.0,
+    "patch_ratio" = patch_ratio * 1.0,
+    "patch_s" = patch_s * 1.0,
+    "drop_m" = drop_m * 1.0,
+    "black_below_nm" = black_below_m * 1e9,
+    "black_nm" = black_m * 1e9,
+    "black_s" = black_s * 1.0,
+    "spots_per_m2_s" = spots * 1.0,
+    "spot_below_nm" = spot_below_m * 1e9,
+    "spot_m" = spot_m * 1.0,
+    "spot_speed_m_s" = spot_speed * 1.0,
+    "rupture_nm" = rupture_m * 1e9,
+    "tolerance" = tolerance * 1.0,
 }
 
 #[derive(PartialEq)]
@@ -366,18 +454,19 @@ enum Least {
 }
 
 /// Numbers that must not be zero.
-const POSITIVE: [&str; 21] = [
+const POSITIVE: [&str; 22] = [
     "radius_m",
     "rim_deg",
     "width_m",
     "height_m",
     "step_s",
-    "thickness_m",
-    "noise_length_m",
-    "density",
-    "viscosity",
-    "elasticity",
-    "tension",
+    "thickness_nm",
+    "noise_longest_m",
+    "noise_shortest_m",
+    "density_kg_m3",
+    "viscosity_pa_s",
+    "elasticity_n_m",
+    "tension_n_m",
     "surfactant_exchange_s",
     "air_length_m",
     "meniscus_m",
@@ -386,9 +475,9 @@ const POSITIVE: [&str; 21] = [
     "patch_s",
     "black_s",
     "spot_m",
-    "spot_speed",
+    "spot_speed_m_s",
     "tolerance",
 ];
 
 /// Numbers that may be infinite.
-const INFINITE: [&str; 2] = ["elasticity", "surfactant_exchange_s"];
+const INFINITE: [&str; 2] = ["elasticity_n_m", "surfactant_exchange_s"];

@@ -213,17 +213,17 @@ fn impossible_films_are_refused_by_name() {
     let good = || Parameters::preset("bubble-on-bath").unwrap();
     let shape = |radius_m: f64, rim_deg: f64| Shape::Sphere { radius_m, rim_deg };
     for (key, bad) in [
-        ("viscosity", Parameters { viscosity: -1.0, ..good() }),
-        ("surface_viscosity", Parameters { surface_viscosity: f64::NAN, ..good() }),
+        ("viscosity_pa_s", Parameters { viscosity: -1.0, ..good() }),
+        ("surface_viscosity_pa_s_m", Parameters { surface_viscosity: f64::NAN, ..good() }),
         ("radius_m", Parameters { shape: shape(0.0, 90.0), ..good() }),
         ("rim_deg", Parameters { shape: shape(0.02, 170.0), ..good() }),
         ("step_s", Parameters { step_s: 0.0, ..good() }),
-        ("wind", Parameters { wind: f64::INFINITY, ..good() }),
+        ("wind_m_s", Parameters { wind: f64::INFINITY, ..good() }),
         ("columns", good().with_columns(256)),
         ("columns", Parameters { columns: 601, ..good() }),
         ("rows", Parameters { rows: 1 << 40, ..good() }),
         ("patch_ratio", Parameters { patch_ratio: 1.0, ..good() }),
-        ("black_m", Parameters { black_m: 1e-6, ..good() }),
+        ("black_nm", Parameters { black_m: 1e-6, ..good() }),
         ("noise", Parameters { noise: 2.0, ..good() }),
     ] {
         let error = bad.check().unwrap_err();
@@ -241,7 +241,7 @@ fn checkpoints_of_other_runs_are_refused() {
     let bytes = film.checkpoint();
     let refusal = |p: Parameters, bytes: &[u8]| Film::resume(p, bytes).err().unwrap().to_string();
     assert!(refusal(Parameters { seed: 2, ..small("bubble-on-bath") }, &bytes).contains("seed 1, not seed 2"));
-    assert!(refusal(small("bubble-on-bath-time-lapse"), &bytes).contains("wind"));
+    assert!(refusal(small("bubble-on-bath-time-lapse"), &bytes).contains("wind_m_s"));
     for length in [0, 7, 8, 100, bytes.len() - 1] {
         assert!(refusal(small("bubble-on-bath"), &bytes[..length]).contains("checkpoint"));
     }
