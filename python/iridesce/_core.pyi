@@ -146,6 +146,7 @@ def color_weights(
     illuminant: Illuminant, observer: str, wavelength_nm: _F64 | None, parts: int
 ) -> tuple[_F64, _F64, tuple[float, float, float], int]: ...
 def color_jacobian(xyz: _F64, space: str, white: tuple[float, float, float], adaptation: str | None) -> _F64: ...
+
 # --- films that flow
 
 class Flow:

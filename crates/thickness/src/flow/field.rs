@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::film::{Film, FlowError};
 use super::parameters::Parameters;
+use crate::error::ThicknessError;
 use crate::map::ThicknessMap;
-use crate::model::ThicknessError;
 
 /// Longest run that a scene may ask for, s.
 pub const MOST_SECONDS: f64 = 600.0;
