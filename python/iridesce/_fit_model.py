@@ -60,8 +60,11 @@ class Model(Protocol):
     def value(self, parameters: Floats) -> Floats:
         """The spectrum, (wavelengths,)."""
 
-    def both(self, parameters: Floats) -> tuple[Floats, Floats]:
-        """The spectrum and its derivatives, (wavelengths,) and (wavelengths, parameters)."""
+    def both(self, parameters: Floats, sharp: bool = False) -> tuple[Floats, Floats]:
+        """The spectrum and its derivatives, (wavelengths,) and (wavelengths, parameters).
+
+        ``sharp``: the derivative with respect to the variance is not needed and may be left 0.
+        """
 
 
 # --- reading the stack
@@ -263,7 +266,7 @@ class HarmonicModel:
     def value(self, parameters: Floats) -> Floats:
         return self.both(parameters)[0]
 
-    def both(self, parameters: Floats) -> tuple[Floats, Floats]:
+    def both(self, parameters: Floats, sharp: bool = False) -> tuple[Floats, Floats]:
         d, v = float(parameters[0]), float(parameters[1])
         of, m = self.of, self.orders
         # Powers of one exponential: each costs a product instead of a sine and a cosine.
@@ -326,13 +329,15 @@ class GeneralModel:
         return np.array(start)
 
     def value(self, parameters: Floats) -> Floats:
-        return self.both(parameters)[0]
+        return self.both(parameters, sharp=True)[0]
 
-    def both(self, parameters: Floats) -> tuple[Floats, Floats]:
+    def both(self, parameters: Floats, sharp: bool = False) -> tuple[Floats, Floats]:
         unknown = len(self.problem.unknown)
         layers = len(self.fixed_nm)
         variance = float(parameters[-1])
         nodes, weights, sd = self._line(parameters[:unknown], variance)
+        if sharp and variance <= _POINT_NM**2:
+            nodes, weights = np.zeros(1), np.ones(1)
         nm = (self.wavelength_nm[:, None] + sd * nodes).reshape(-1)
         indices, slopes = self._indices(nm, parameters[unknown:-1])
         thickness = self.fixed_nm.copy()

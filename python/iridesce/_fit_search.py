@@ -25,14 +25,18 @@ _MOST_TRIALS = 60_000
 _PASS = 1 << 21
 
 
-def starts(problem: Problem, model: object, data: Data, bounds: Floats, lines: list[float], count: int) -> list[Floats]:
-    """Starting thicknesses, best first: (unknown,) each. ``lines``: sd of the instrument's line to try, nm."""
+Start = tuple[Floats, float]
+"""Thicknesses, and the sd of the instrument's line (nm) with which they came out best."""
+
+
+def starts(problem: Problem, model: object, data: Data, bounds: Floats, lines: list[float], count: int) -> list[Start]:
+    """Where to start, best first. ``lines``: sd of the instrument's line to try, nm."""
     if len(problem.unknown) == 1:
         return _one(problem, model, data, bounds[0], lines, count)
-    return _several(problem, data, bounds, count)
+    return [(thickness, lines[0]) for thickness in _several(problem, data, bounds, count)]
 
 
-def _one(problem: Problem, model: object, data: Data, bounds: Floats, lines: list[float], count: int) -> list[Floats]:
+def _one(problem: Problem, model: object, data: Data, bounds: Floats, lines: list[float], count: int) -> list[Start]:
     low, high = bounds
     rate = _rate(problem, data.wavelength_nm, 0)
     step = _STEP / rate.max()
@@ -46,13 +50,17 @@ def _one(problem: Problem, model: object, data: Data, bounds: Floats, lines: lis
         chosen = few | (periodic >= _GATE * periodic[~few].max())
     where = np.flatnonzero(chosen)
     misfit = np.full(trials.size, np.inf)
-    for sd in lines:
-        misfit[where] = np.minimum(misfit[where], _misfits(problem, model, data, trials[where], sd))
+    if not isinstance(model, HarmonicModel):
+        lines = lines[:1]  # the plain spectra below know no line
+    by_line = np.stack([_misfits(problem, model, data, trials[where], sd) for sd in lines])
+    misfit[where] = by_line.min(axis=0)
+    line = np.zeros(trials.size)
+    line[where] = np.array(lines)[by_line.argmin(axis=0)]
     # Local minima among neighbours that were tried.
     before, after = np.r_[np.inf, misfit[:-1]], np.r_[misfit[1:], np.inf]
     minima = np.flatnonzero(np.isfinite(misfit) & (misfit <= before) & (misfit <= after))
     best = minima[np.argsort(misfit[minima], kind="stable")[:count]]
-    return [np.array([trials[place]]) for place in best]
+    return [(np.array([trials[place]]), float(line[place])) for place in best]
 
 
 def _rate(problem: Problem, wavelength_nm: Floats, which: int) -> Floats:
@@ -96,6 +104,17 @@ def _periodic(data: Data, rate: Floats, trials: Floats) -> Floats:
 
 def _misfits(problem: Problem, model: object, data: Data, trials: Floats, sd: float) -> Floats:
     """The misfit of every trial, gain and baseline fitted."""
+    if not isinstance(model, HarmonicModel):
+        # Films whose fringes are wide need fewer points: half of both, while neighbours stay within half a radian.
+        steps = float(np.median(np.diff(data.wavelength_nm)))
+        turn = float(_rate(problem, data.wavelength_nm, 0)[0] * trials.max() / data.wavelength_nm[0] * steps)
+        if turn < 0.5 and data.wavelength_nm.size >= 240:
+            return 2.0 * _misfits(problem, model, data.thinned(2), trials, sd)
+        if trials.size > 64 and data.wavelength_nm.size >= 240:
+            half = trials.size // 2
+            return np.concatenate(
+                [_misfits(problem, model, data, trials[:half], sd), _misfits(problem, model, data, trials[half:], sd)]
+            )
     misfit = np.empty(trials.size)
     step = max(1, _PASS // data.wavelength_nm.size)
     for start in range(0, trials.size, step):
@@ -128,7 +147,7 @@ def linear_misfits(spectra: Floats, data: Data) -> Floats:
 
 def _several(problem: Problem, data: Data, bounds: Floats, count: int) -> list[Floats]:
     """A grid over all unknown thicknesses, then its lowest points that have no lower neighbour."""
-    thinned = _thinned(data, 160)
+    thinned = data.thinned(max(1, data.wavelength_nm.size // 160))
     axes = []
     for which, (low, high) in enumerate(bounds):
         step = 1.2 * _STEP / _rate(problem, thinned.wavelength_nm, which).max()
@@ -157,10 +176,3 @@ def _several(problem: Problem, data: Data, bounds: Floats, count: int) -> list[F
     minima = np.flatnonzero(lowest.reshape(-1))
     best = minima[np.argsort(misfit[minima], kind="stable")[: 2 * count]]
     return [grid[:, place] for place in best]
-
-
-def _thinned(data: Data, most: int) -> Data:
-    """Every so manieth point: a search over several films needs no more."""
-    step = max(1, data.wavelength_nm.size // most)
-    part = slice(None, None, step)
-    return Data(data.wavelength_nm[part], data.measured[part], data.weight[part], data.gain, data.baseline)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,14 +23,21 @@ class Data:
     weight: Floats
     gain: float | None
     """Fixed gain; None where it is free."""
+    tilted: bool
+    """The free gain may change in proportion to wavelength."""
     baseline: int
     """Number of baseline terms: 0 none, 1 a constant, 2 a straight line in wavelength, 3 a parabola."""
 
     @property
-    def terms(self) -> Floats:
-        """The baseline's terms over wavelengths scaled to -1..1, (wavelengths, terms)."""
+    def x(self) -> Floats:
+        """The wavelengths scaled to -1..1."""
         low, high = self.wavelength_nm[0], self.wavelength_nm[-1]
-        x = (2.0 * self.wavelength_nm - low - high) / (high - low)
+        return np.asarray((2.0 * self.wavelength_nm - low - high) / (high - low))
+
+    @property
+    def terms(self) -> Floats:
+        """The baseline's terms, (wavelengths, terms)."""
+        x = self.x
         return (
             np.stack([x**power for power in range(self.baseline)], axis=1) if self.baseline else np.empty((x.size, 0))
         )
@@ -38,7 +45,14 @@ class Data:
     @property
     def linear_count(self) -> int:
         """Number of linear parameters."""
-        return self.baseline + (self.gain is None)
+        return self.baseline + (self.gain is None) + (self.gain is None and self.tilted)
+
+    def thinned(self, step: int) -> Data:
+        """Every so manieth point."""
+        part = slice(None, None, step)
+        return replace(
+            self, wavelength_nm=self.wavelength_nm[part], measured=self.measured[part], weight=self.weight[part]
+        )
 
 
 @dataclass(frozen=True)
@@ -46,7 +60,8 @@ class Fitted:
     """A point of the parameter space with its best gain and baseline."""
 
     parameters: Floats
-    gain: float
+    gain: Floats
+    """The gain in the middle of the spectrum, and its change from there to the last wavelength."""
     baseline: Floats
     curve: Floats
     misfit: float
@@ -59,26 +74,36 @@ class Solver:
     def __init__(self, model: Model, data: Data, low: Floats, high: Floats) -> None:
         self.model, self.data = model, data
         self.low, self.high = low, high
+        self.x = data.x
         self.terms = data.terms * data.weight[:, None]
         self.target = data.measured * data.weight
 
-    def linear(self, spectrum: Floats) -> tuple[float, Floats, Floats, Floats]:
+    def linear(self, spectrum: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Best gain and baseline of a spectrum; the basis they span, and the weighted residual."""
         weighted = spectrum * self.data.weight
+        gain = np.zeros(2)
         if self.data.gain is None:
-            basis = np.column_stack([weighted, self.terms])
-            found = np.linalg.lstsq(basis, self.target, rcond=None)[0]
-            if found[0] > 0.0:
-                return float(found[0]), np.asarray(found[1:]), basis, np.asarray(self.target - basis @ found)
-            # Fringes upside down are no solution: what is left is the baseline alone.
-            gain = 0.0
+            for tilted in (True, False) if self.data.tilted else (False,):
+                gains = [weighted, weighted * self.x] if tilted else [weighted]
+                basis = np.column_stack([*gains, self.terms])
+                found = np.linalg.lstsq(basis, self.target, rcond=None)[0]
+                gain[: len(gains)] = found[: len(gains)]
+                if gain[0] > abs(gain[1]):
+                    baseline = np.asarray(found[len(gains) :])
+                    return gain, baseline, basis, np.asarray(self.target - basis @ found)
+                # Fringes upside down are no solution, not even at one end: an even gain is left, or the baseline alone.
+                gain = np.zeros(2)
         else:
-            gain = self.data.gain
-        rest = self.target - gain * weighted
+            gain[0] = self.data.gain
+        rest = self.target - gain[0] * weighted
         if not self.data.baseline:
             return gain, np.empty(0), self.terms, rest
         found = np.linalg.lstsq(self.terms, rest, rcond=None)[0]
         return gain, np.asarray(found), self.terms, np.asarray(rest - self.terms @ found)
+
+    def _gain(self, gain: Floats) -> Floats:
+        """The gain at every wavelength."""
+        return np.asarray(gain[0] + gain[1] * self.x)
 
     def at(self, parameters: Floats) -> Fitted:
         """The best gain and baseline at fixed parameters."""
@@ -86,8 +111,8 @@ class Solver:
         gain, baseline, _, residual = self.linear(spectrum)
         return self._fitted(parameters, spectrum, gain, baseline, residual)
 
-    def _fitted(self, parameters: Floats, spectrum: Floats, gain: float, baseline: Floats, residual: Floats) -> Fitted:
-        curve = gain * spectrum + self.data.terms @ baseline
+    def _fitted(self, parameters: Floats, spectrum: Floats, gain: Floats, baseline: Floats, residual: Floats) -> Fitted:
+        curve = self._gain(gain) * spectrum + self.data.terms @ baseline
         return Fitted(parameters.copy(), gain, baseline, curve, float(residual @ residual))
 
     def solve(self, start: Floats, free: list[int], iterations: int = _ITERATIONS) -> Fitted:
@@ -97,12 +122,13 @@ class Solver:
         (1975)).
         """
         parameters = np.clip(np.asarray(start, dtype=float), self.low, self.high)
-        spectrum, slopes = self.model.both(parameters)
+        sharp = len(parameters) - 1 not in free
+        spectrum, slopes = self.model.both(parameters, sharp)
         gain, baseline, basis, residual = self.linear(spectrum)
         misfit = float(residual @ residual)
         damping = 1e-3
         for _ in range(iterations):
-            columns = gain * slopes[:, free] * self.data.weight[:, None]
+            columns = slopes[:, free] * (self._gain(gain) * self.data.weight)[:, None]
             columns = columns - _onto(basis, columns)
             normal, gradient = columns.T @ columns, columns.T @ residual
             scale = np.diag(normal).copy()
@@ -115,7 +141,7 @@ class Solver:
                 trial = parameters.copy()
                 trial[free] += step
                 trial = np.clip(trial, self.low, self.high)
-                moved = self.model.both(trial)
+                moved = self.model.both(trial, sharp)
                 linear = self.linear(moved[0])
                 size = float(linear[3] @ linear[3])
                 if size < misfit:
@@ -137,9 +163,9 @@ class Solver:
 
     def covariance(self, fitted: Fitted, free: list[int]) -> Floats:
         """Of the free parameters, for residuals of variance 1, gain and baseline being free as well."""
-        spectrum, slopes = self.model.both(fitted.parameters)
+        spectrum, slopes = self.model.both(fitted.parameters, len(fitted.parameters) - 1 not in free)
         _, _, basis, _ = self.linear(spectrum)
-        columns = fitted.gain * slopes[:, free] * self.data.weight[:, None]
+        columns = slopes[:, free] * (self._gain(fitted.gain) * self.data.weight)[:, None]
         columns = columns - _onto(basis, columns)
         return np.asarray(np.linalg.pinv(columns.T @ columns, hermitian=True))
 

@@ -29,7 +29,10 @@ def fit(
         typer.Option("--range", metavar="A:B", help="Thicknesses to look among, nm; once, or once for each ?."),
     ] = None,
     gain: Annotated[
-        float | None, typer.Option(help="measured = gain x model; unknown if not given. 1 for a calibrated ratio.")
+        str | None,
+        typer.Option(
+            help='measured = gain x model; unknown if not given. 1 for a calibrated ratio; "linear": drifting.'
+        ),
     ] = None,
     baseline: Annotated[str, typer.Option(help="Stray light: none, constant, linear or quadratic.")] = "constant",
     resolution: Annotated[
@@ -73,7 +76,7 @@ def fit(
         angle_deg=angle,
         polarization=polarization,
         thickness_range_nm=None if not pairs else pairs[0] if len(pairs) == 1 else pairs,
-        gain=gain,
+        gain=_gain(gain),
         baseline=baseline,
         resolution_nm=resolution,
         index=index,
@@ -96,3 +99,12 @@ def fit(
     print(result)
     for file in files:
         print(file)
+
+
+def _gain(text: str | None) -> float | str | None:
+    if text is None or text == "linear":
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        raise typer.BadParameter(f'wanted a number or "linear", got {text!r}', param_hint="--gain") from None

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -24,7 +24,7 @@ import numpy.typing as npt
 from iridesce._arrays import Floats, one_of, real_operand
 from iridesce._averages import FWHM
 from iridesce._fit_model import GeneralModel, HarmonicModel, Problem, describe, harmonics, read_problem
-from iridesce._fit_search import starts
+from iridesce._fit_search import Start, starts
 from iridesce._fit_solve import Data, Fitted, Solver, student
 from iridesce._spectrum_file import Spectrum, read_spectrum
 
@@ -39,6 +39,7 @@ _THICKEST_OF_SEVERAL_NM = 1_500.0
 _FEWEST_POINTS = 12
 _STARTS = 24
 _FIRST_STEPS = 8
+_SOME_LINE_NM = 0.5  # sd of the line with which its search starts
 # A solution whose likelihood is below this share of the best one's is not plausible.
 _LEAST_LIKELY = 1e-4
 # Free blur is taken in where it lowers the misfit by this many variances: by chance, one time in seventy.
@@ -58,7 +59,8 @@ class Solution:
     chi2             misfit over the noise, squared, a degree of freedom: 1 where the model explains the data; without a
                      noise given, over the scatter of neighbours in what is left
     weight           likelihood among the solutions; they add to 1
-    gain, baseline   measured = gain * model + baseline terms in x, x running from -1 to 1 over the wavelengths
+    gain, gain_slope, baseline  measured = (gain + gain_slope x) * model + sum baseline_i x^i, x running from -1 to 1 over the
+                     wavelengths
     resolution_nm    full width at half maximum of the instrument's line (fitted, or as given)
     index            for each fitted index, by layer number: {"n": ...} or Cauchy's {"A": ..., "B_um2": ...}, with "sd" each
     wavelength_nm, fitted  the fitted curve in the unit of the measurement
@@ -78,6 +80,7 @@ class Solution:
     chi2: float
     weight: float
     gain: float
+    gain_slope: float
     baseline: tuple[float, ...]
     resolution_nm: float
     index: dict[int, dict[str, float]]
@@ -95,18 +98,7 @@ class Solution:
         >>> ir.fit_thickness(nm, film.reflectance(nm), film)[0].to_dict()["resolution_nm"]
         0.0
         """
-        names = (
-            "thickness_nm",
-            "interval_nm",
-            "sd_nm",
-            "misfit",
-            "chi2",
-            "weight",
-            "gain",
-            "baseline",
-            "resolution_nm",
-        )
-        return {**{name: getattr(self, name) for name in names}, "index": self.index}
+        return {name: value for name, value in self.__dict__.items() if name not in ("wavelength_nm", "fitted")}
 
 
 @dataclass(frozen=True)
@@ -205,7 +197,7 @@ def fit_thickness(
     angle_deg: float = 0.0,
     polarization: str = "unpolarized",
     thickness_range_nm: Any = None,
-    gain: float | None = None,
+    gain: float | str | None = None,
     baseline: str = "constant",
     resolution_nm: float | None = None,
     index: Any = None,
@@ -231,7 +223,8 @@ def fit_thickness(
     quantity       "reflectance" or "transmittance"
     angle_deg, polarization  of the light, as for `Stack.reflectance`
     thickness_range_nm  (low, high) or one pair for each unknown; None: 5 to 50 000 nm (several unknowns: 1 500)
-    gain           None: unknown, > 0; a number where it is known: 1.0 for a calibrated reflectance, 100.0 for percent
+    gain           None: unknown, > 0; "linear": unknown, and changing in proportion to wavelength, as a lamp drifts; a number
+                   where it is known: 1.0 for a calibrated reflectance, 100.0 for percent
     baseline       unknown "none", "constant", "linear" or "quadratic" stray light
     resolution_nm  full width at half maximum of the instrument's line; None: unknown, found where the data show it
     index          None: known; "constant": one unknown n; "cauchy": n = A + B/lambda^2 with A, B unknown; or a dict of
@@ -257,9 +250,10 @@ def fit_thickness(
     polarization = one_of("polarization", polarization, ("s", "p", "unpolarized"))
     terms = _BASELINES.index(one_of("baseline", baseline, _BASELINES))
     angle = _number("angle_deg", angle_deg, low=0.0, high=90.0)
-    fixed_gain = None if gain is None else _number("gain", gain, low=0.0)
+    tilted = isinstance(gain, str) and gain == "linear"
+    fixed_gain = None if gain is None or tilted else _number("gain", gain, low=0.0)
     if fixed_gain == 0.0:
-        raise ValueError("gain must be None or > 0, got 0")
+        raise ValueError('gain must be None, "linear" or > 0, got 0')
     line = None if resolution_nm is None else _number("resolution_nm", resolution_nm, low=0.0) / FWHM
     if _number("probability", probability, low=0.0, high=1.0) == 0.0:
         raise ValueError(f"probability must be > 0 and < 1, got {probability!r}")
@@ -275,8 +269,11 @@ def fit_thickness(
     if np.ptp(values) <= 1e-12 * np.abs(values).max(initial=0.0):
         raise ValueError("measured does not vary with wavelength: there is nothing to fit")
     if sd is None:
+        calm = _calm(values, notes)
+        nm, values = nm[calm], values[calm]
         weight = _even_weight(values, notes)
-    fit = _Fit(problem, Data(nm, values, weight, fixed_gain, terms), line, sd is not None, float(probability), notes)
+    data = Data(nm, values, weight, fixed_gain, tilted, terms)
+    fit = _Fit(problem, data, line, sd is not None, float(probability), notes)
     fit.bounds = _bounds(thickness_range_nm, problem, nm, notes)
     return fit.result(None if sd is None else float(1.0 / np.sqrt(np.mean(1.0 / sd**2))))
 
@@ -302,9 +299,7 @@ class _Fit:
         if not self.noise_known:
             weight = _weights_of(best.curve, self.data, self.notes)
             if weight is not None:
-                self.data = Data(
-                    self.data.wavelength_nm, self.data.measured, weight, self.data.gain, self.data.baseline
-                )
+                self.data = replace(self.data, weight=weight)
                 solver = self._solver()
                 candidates = self._unique([self._refined(solver, one.parameters) for one in candidates])
                 best = candidates[0]
@@ -324,12 +319,9 @@ class _Fit:
         unit = max(unit * correlation, 1e-30 * float(np.mean((self.data.measured * self.data.weight) ** 2)))
         if correlation > 1.5:
             self.notes.append("what is left hangs together along the spectrum; the intervals are widened for it")
+        self._must_show_fringes(solver, best, unit)
         limit = -2.0 * math.log(_LEAST_LIKELY)
-        kept = [one for one in candidates if (one.misfit - best.misfit) / unit <= limit and one.gain > 0.0]
-        if not kept:
-            raise ValueError(
-                "no thickness explains the data better than its baseline alone; check stack, quantity and wavelengths"
-            )
+        kept = [one for one in candidates if (one.misfit - best.misfit) / unit <= limit]
         likely = np.exp([-0.5 * (one.misfit - best.misfit) / unit for one in kept])
         solutions = self._without_overlap(
             [self._solution(solver, one, unit, freedom, noise or _scatter(residual)) for one in kept], likely
@@ -345,6 +337,19 @@ class _Fit:
             describe(self.problem),
             tuple(self.notes),
         )
+
+    def _must_show_fringes(self, solver: Solver, best: Fitted, unit: float) -> None:
+        """Among so many trials chance alone lowers the misfit of a free gain; nothing less can be believed."""
+        if self.data.gain is not None:
+            return
+        terms, target = solver.terms, solver.target
+        left = target - terms @ np.linalg.lstsq(terms, target, rcond=None)[0] if terms.shape[1] else target
+        trials = max(float(np.ptp(self.bounds, axis=1).max()) / 10.0, 10.0) ** self.unknown
+        if (float(left @ left) - best.misfit) / unit < 12.0 + 2.0 * math.log(trials):
+            raise ValueError(
+                "the spectrum shows no fringes above its noise: no thickness can be told from it"
+                " (thin films need a known gain: gain=1.0 for a calibrated reflectance)"
+            )
 
     # --- candidates
 
@@ -375,25 +380,38 @@ class _Fit:
         found = starts(self.problem, self.model, self.data, self.bounds, self._lines(), _STARTS)
         solver = self._solver()
         index = self.model.start_index() if isinstance(self.model, GeneralModel) else np.empty(0)
-        variance = (self.line or 0.0) ** 2
         tried = []
-        for thickness in found:
+        for thickness, line in found:
             for moved in self._index_starts(index):
                 scale = 1.0 if not moved.size else index[0] / moved[0]
-                tried.append(solver.at(np.array([*(thickness * scale), *moved, variance])))
+                tried.append(solver.at(np.array([*(thickness * scale), *moved, line**2])))
         # A few steps each tell which can win; these are refined to the end.
         tried.sort(key=lambda one: one.misfit)
         sharp = list(range(len(tried[0].parameters) - 1))
-        rough = self._unique([solver.solve(one.parameters, sharp, _FIRST_STEPS) for one in tried[:_STARTS]])
+        quick = self._quick_solver(solver, found)
+        rough = self._unique([quick.solve(one.parameters, sharp, _FIRST_STEPS) for one in tried[:_STARTS]])
         if not rough:
             raise ValueError(
                 "no thickness explains the data better than its baseline alone; check stack, quantity and wavelengths"
             )
-        near = [one for place, one in enumerate(rough) if place < 5 or one.misfit < 3.0 * rough[0].misfit]
-        refined = self._unique([self._refined(solver, one.parameters) for one in near])
+        refined = [self._refined(solver, one.parameters) for one in rough[:2]]
+        least = min(one.misfit for one in refined)
+        refined += [self._refined(solver, one.parameters) for one in rough[2:] if one.misfit < 3.0 * least]
+        refined = self._unique(refined)
         if not refined:
             raise ValueError("the fit found no solution within thickness_range_nm")
         return refined
+
+    def _quick_solver(self, solver: Solver, found: list[Start]) -> Solver:
+        """For first steps with a costly model: fewer points, as long as they show the fringes."""
+        nm = self.data.wavelength_nm
+        if isinstance(self.model, HarmonicModel) or nm.size < 300:
+            return solver
+        thickest = max(float(thickness.sum()) for thickness, _ in found)
+        finest = nm[0] ** 2 / (8.0 * max(thickest, 1.0)) / float(np.median(np.diff(nm)))
+        step = int(min(nm.size // 150, max(1.0, finest / 4.0)))
+        data = self.data.thinned(step)
+        return Solver(GeneralModel(self.problem, data.wavelength_nm), data, *self._limits())
 
     def _index_starts(self, index: Floats) -> list[Floats]:
         if not index.size:
@@ -415,22 +433,17 @@ class _Fit:
         sharp = list(range(last))
         if self.line is not None:
             return solver.solve(start, sharp)
-        found = solver.solve(np.array([*start[:-1], start[-1]]), sharp)
-        tried = [found]
-        for sd in (1.0, 0.3):
-            blurred = np.array([*found.parameters[:-1], max(start[-1], sd**2)])
-            tried.append(solver.solve(blurred, [*sharp, last]))
-        best = min(tried[1:], key=lambda one: one.misfit)
+        best = solver.solve(np.array([*start[:-1], max(start[-1], _SOME_LINE_NM**2)]), [*sharp, last])
         freedom = max(self.data.wavelength_nm.size - len(start) - self.data.linear_count, 1)
         worth = _WORTH_BLUR * best.misfit / freedom
-        zero = found if start[-1] == 0.0 else solver.solve(np.array([*found.parameters[:-1], 0.0]), sharp)
+        zero = solver.solve(np.array([*best.parameters[:-1], 0.0]), sharp)
         return best if zero.misfit - best.misfit > worth else zero
 
     def _unique(self, found: list[Fitted]) -> list[Fitted]:
         """One of each minimum, best first."""
         kept: list[Fitted] = []
         for one in sorted(found, key=lambda one: one.misfit):
-            if not np.isfinite(one.misfit) or one.gain <= 0.0:
+            if not np.isfinite(one.misfit) or one.gain[0] <= 0.0:
                 continue
             thickness = one.parameters[: self.unknown]
             if all(np.abs(thickness - other.parameters[: self.unknown]).max() > 0.5 for other in kept):
@@ -475,7 +488,8 @@ class _Fit:
             float(np.sqrt(np.mean(residual**2))),
             float(one.misfit / freedom / noise**2),
             1.0,
-            one.gain,
+            float(one.gain[0]),
+            float(one.gain[1]),
             tuple(float(value) for value in one.baseline),
             float(np.sqrt(one.parameters[-1]) * FWHM),
             index,
@@ -503,6 +517,16 @@ class _Fit:
                     f"the interval of layer {self.problem.unknown[place] + 1} reaches an end of thickness_range_nm "
                     f"({low:g} to {high:g} nm)" + ("" if self.data.gain else "; a known gain tells thin films apart")
                 )
+        _, high = self._limits()
+        if self.line is None and best.parameters[-1] >= 0.999 * high[-1]:
+            self.notes.append(
+                f"the fringes are paler than even a line of {_WIDEST_LINE_NM:g} nm makes them: uneven film, or another stack"
+            )
+        if solutions[0].chi2 > 1.5 and not self.noise_known:
+            self.notes.append(
+                f"something smooth is left, {math.sqrt(solutions[0].chi2):.2g} times the noise: the index, a drifting lamp "
+                '(gain="linear", baseline="linear") or another stack; the interval does not know of it'
+            )
         spread = float(np.std(self.data.measured))
         left = float(np.std(self.data.measured - best.curve))
         if left > 0.7 * spread:
@@ -569,6 +593,26 @@ def _column(name: str, values: npt.ArrayLike) -> Floats:
 def _unit(weight: Floats) -> Floats:
     """Weights whose squares have the mean 1."""
     return np.asarray(weight / np.sqrt(np.mean(weight**2)))
+
+
+def _calm(values: Floats, notes: list[str]) -> npt.NDArray[np.bool_]:
+    """Which points are no spikes: those that jump from the median of their four neighbours far more than others do."""
+    if values.size < 30:
+        return np.ones(values.size, dtype=bool)
+    padded = np.pad(values, 2, mode="reflect")
+    neighbours = np.stack([padded[shift : shift + values.size] for shift in (0, 1, 3, 4)])
+    jump = np.abs(values - np.median(neighbours, axis=0))
+    # The local scale, so that the noisy edges of a spectrometer are not taken for spikes.
+    width = max(values.size // 12, 15)
+    blocks = np.array([np.median(block) for block in np.array_split(jump, max(values.size // width, 1))])
+    scale = np.interp(np.linspace(0.0, 1.0, values.size), np.linspace(0.0, 1.0, blocks.size), blocks)
+    calm = jump <= 15.0 * np.maximum(scale, np.median(jump))
+    calm[:2] = calm[-2:] = True  # with neighbours on one side only, a slope looks like a jump
+    spikes = int(values.size - calm.sum())
+    if spikes == 0 or spikes > values.size // 20 or not np.median(jump) > 0.0:
+        return np.ones(values.size, dtype=bool)
+    notes.append(f"{spikes} of {values.size} points dropped: spikes that no neighbour shares")
+    return np.asarray(calm)
 
 
 def _even_weight(values: Floats, notes: list[str]) -> Floats:
