@@ -170,7 +170,7 @@ impl Parameters {
         };
         let giant = Parameters {
             shape: Shape::Sphere { radius_m: 0.15, rim_deg: 180.0 },
-            thickness_m: 1.5e-6,
+            thickness_m: 900e-9,
             noise_length_m: [0.15 / 4.0, 0.15 / 40.0],
             patch_m: 10e-3,
             drop_m: 20e-3,

@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::grid::{Grid, Kind, PAD, Padded};
+use super::grid::{Grid, Kind, PAD, Padded, floor};
 
 /// Furthest way down in one sub-step, cells; also how much neighbouring columns may close up.
 const MOST_CELLS: f64 = 0.45;
@@ -64,7 +64,7 @@ impl Transport {
             for j in 0..n {
                 let c = (u[j] + u[if j == 0 { n - 1 } else { j - 1 }]) * rate;
                 let from = j as f64 - c;
-                let left = from.floor();
+                let left = floor(from);
                 let share = from - left;
                 let left = (left as isize).rem_euclid(n as isize) as usize;
                 let right = if left + 1 == n { 0 } else { left + 1 };
@@ -204,7 +204,7 @@ impl Row {
         let up_to = |k: isize| total * k.div_euclid(n as isize) as f64 + sums[k.rem_euclid(n as isize) as usize];
         for j in 0..n {
             let courant = u[j] * rate;
-            let whole = courant.abs().floor();
+            let whole = floor(courant.abs());
             let share = courant.abs() - whole;
             let cells = whole as isize;
             // The first cell that is not passed whole.
