@@ -39,6 +39,12 @@ class Spectrum(NamedTuple):
     measured        the chosen column; percent as ratios; NaN for missing       (n,)
     column          its name, or its number
     notes           how the file was understood
+
+    >>> import iridesce as ir
+    >>> spectrum = ir.fit.Spectrum(np.array([500.0, 510.0]), np.array([0.042, 0.044]), "R [%]", ())
+    >>> nm, measured, *_ = spectrum
+    >>> float(measured[nm == 510.0][0])
+    0.044
     """
 
     wavelength_nm: Floats

@@ -33,6 +33,11 @@ if TYPE_CHECKING:
 
 __all__ = ["FitResult", "Solution", "Spectrum", "fit_thickness", "read_spectrum"]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 _BASELINES = ("none", "constant", "linear", "quadratic")
 _THINNEST_NM, _THICKEST_NM = 5.0, 50_000.0
 _THICKEST_OF_SEVERAL_NM = 1_500.0
