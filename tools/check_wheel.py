@@ -30,7 +30,7 @@ assert shutil.which("cargo") is None and shutil.which("rustc") is None, "Rust is
 glass = float(ir.Stack(["air", 1.5]).reflectance(550.0))
 assert abs(glass - 0.04) < 1e-15, glass
 coated = ir.Stack(["air", ir.Layer(math.sqrt(1.5), 550.0 / 4 / math.sqrt(1.5)), 1.5])
-assert float(coated.reflectance(550.0)) < 1e-30
+assert 0.0 <= float(coated.reflectance(550.0)) < 1e-17  # what 0.01 loses by rounding where two waves cancel
 white = ir.Stack(["vacuum", 1.0]).color(quantity="transmittance")
 assert abs(white - ir.color.illuminant("D65").white()).max() < 1e-12, white
 medium = ir.Medium("SiO2").index(589.3).real

@@ -1,8 +1,8 @@
 """Draw the pictures of docs/gallery.md: every built-in scene at its own settings, timed, and a small copy of it.
 
-    python tools/gallery.py               # all of them
-    python tools/gallery.py wafer         # those whose name begins so
-    python tools/gallery.py --time        # only the times, best of three
+python tools/gallery.py               # all of them
+python tools/gallery.py wafer         # those whose name begins so
+python tools/gallery.py --time        # only the times, best of three
 """
 
 from __future__ import annotations

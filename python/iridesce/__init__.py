@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines below
     from iridesce import color as color
+    from iridesce import fit as fit
     from iridesce import plot as plot
     from iridesce import thickness as thickness
     from iridesce._core import __version__ as __version__
     from iridesce.errors import ResourceError as ResourceError
     from iridesce.errors import SceneError as SceneError
+    from iridesce.fit import fit_thickness as fit_thickness
     from iridesce.image import Image as Image
     from iridesce.medium import Medium as Medium
     from iridesce.medium import media as media
@@ -29,10 +31,11 @@ _HOME = {
     "Scene": "scene",
     "SceneError": "errors",
     "ResourceError": "errors",
+    "fit_thickness": "fit",
     "Image": "image",
     "render": "rendering",
 }
-_MODULES = {"color", "plot", "thickness"}
+_MODULES = {"color", "fit", "plot", "thickness"}
 
 __all__ = sorted([*_HOME, *_MODULES])
 

@@ -152,6 +152,14 @@ def checked_out(out: object, shape: tuple[int, ...]) -> Floats:
     return out
 
 
+def one_of(name: str, value: object, allowed: tuple[str, ...]) -> str:
+    """``value`` where it is one of the words, else a ``ValueError`` that lists them."""
+    if isinstance(value, str) and value in allowed:
+        return value
+    quoted = [f'"{word}"' for word in allowed]
+    raise ValueError(f"{name} must be {', '.join(quoted[:-1])} or {quoted[-1]}, got {value!r}")
+
+
 def checked_threads(threads: object) -> int | None:
     """``None`` (all cores), or a count from 1 to 1024."""
     if threads is None:

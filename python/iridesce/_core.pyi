@@ -26,6 +26,10 @@ class Medium:
     def named(name: str) -> Medium: ...
     @staticmethod
     def from_text(text: str, label: str) -> Medium: ...
+    @staticmethod
+    def mixture(
+        first: Medium, second: Medium, first_volume: float, second_volume: float, rule: str, name: str
+    ) -> Medium: ...
     @property
     def name(self) -> str: ...
     @property
@@ -105,6 +109,64 @@ def dias1991(
     table: str,
     matrix: str | list[list[float]],
 ) -> tuple[_F64, _F64]: ...
+
+# --- detail
+
+def stack_derivatives(
+    quantity: str,
+    polarization: str,
+    indices: _C128,
+    thickness_nm: _F64,
+    coherent: list[bool],
+    wavelength_nm: _F64,
+    angle_deg: _F64,
+    values: _F64,
+    rows: _F64,
+) -> None: ...
+def stack_layer_airy(
+    polarization: str,
+    indices: _C128,
+    thickness_nm: _F64,
+    wavelength_nm: _F64,
+    angle_deg: _F64,
+    layer: int,
+    out: _C128,
+) -> None: ...
+def stack_fields(
+    polarization: str,
+    indices: _C128,
+    thickness_nm: _F64,
+    wavelength_nm: _F64,
+    angle_deg: _F64,
+    depth_nm: _F64,
+    fields: _C128,
+    power: _F64,
+) -> None: ...
+def color_weights(
+    illuminant: Illuminant, observer: str, wavelength_nm: _F64 | None, parts: int
+) -> tuple[_F64, _F64, tuple[float, float, float], int]: ...
+def color_jacobian(xyz: _F64, space: str, white: tuple[float, float, float], adaptation: str | None) -> _F64: ...
+
+# --- films that flow
+
+class Flow:
+    def __new__(
+        cls,
+        preset: str,
+        columns: int | None,
+        seed: int,
+        changes: list[tuple[str, float]],
+        checkpoint: bytes | None,
+    ) -> Flow: ...
+    def advance_to(self, time_s: float) -> None: ...
+    def thickness_nm(self) -> _F64: ...
+    def map(self) -> _F64: ...
+    def facts(self) -> dict[str, float | None]: ...
+    def checkpoint(self) -> bytes: ...
+    def parameters(self) -> list[tuple[str, float]]: ...
+
+def flow_field(preset: str, time_s: float, seed: int) -> _F64: ...
+def flow_presets() -> list[str]: ...
 
 # --- thickness
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import operator
 import os
 from typing import Any
 
@@ -211,6 +212,17 @@ def number(name: str, value: Any) -> float:
         return float(value)
     except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{name} must be a number, got {value!r:.60}") from None
+
+
+def whole(name: str, value: Any, least: int, most: int) -> int:
+    """A whole number within bounds, or ValueError naming it."""
+    try:
+        found = operator.index(value)
+    except TypeError:
+        found = least - 1
+    if isinstance(value, bool) or not least <= found <= most:
+        raise ValueError(f"{name} must be a whole number from {least} to {most}, got {value!r:.60}")
+    return found
 
 
 def array(name: str, values: ArrayLike) -> NDArray[np.float64]:

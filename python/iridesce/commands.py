@@ -44,6 +44,10 @@ OutsideOption = Annotated[
     bool, typer.Option("--allow-outside", help="Let the scene name files outside its own folder.")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Answer in JSON.")]
+CsvOption = Annotated[bool, typer.Option("--csv", help="Answer in CSV.")]
+TableOption = Annotated[
+    Path | None, typer.Option("-o", "--output", help="Write the answer into this file: .csv or .json.")
+]
 
 
 @app.callback(invoke_without_command=True)
@@ -155,9 +159,15 @@ def color(
         str | None, typer.Option(help="Print three numbers in this space only: xyz, lab, srgb, ... (as in Python).")
     ] = None,
     quantity: Annotated[str, typer.Option(help="reflectance or transmittance.")] = "reflectance",
+    output: TableOption = None,
+    as_csv: CsvOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """The colour of a stack."""
+    from iridesce import _tables
+
+    if output is not None:
+        _tables.check(output)
     import iridesce as ir
 
     with _reading():
@@ -185,7 +195,13 @@ def color(
         }
         if space is not None:
             values = in_space(space)
-            if as_json:
+            table = {name: [value] for name, value in {**question, **_numbered({space: values})}.items()}
+            if output is not None:
+                _tables.write(output, table, {})
+                print(output)
+            elif as_csv:
+                print(_tables.csv_text(table), end="")
+            elif as_json:
                 _print_json({**question, "space": space, "values": values})
             else:
                 print(" ".join(f"{value:.6g}" for value in values))
@@ -193,8 +209,17 @@ def color(
         answer = {name: in_space(name) for name in ("xyz", "xyy", "lab", "lch")}
         answer["srgb"] = in_space("srgb", gamut="hue")
         linear = in_space("linear-srgb")
+    facts = {"hex": _hex(answer["srgb"]), "in_srgb": _in_gamut(linear)}
+    table = {name: [value] for name, value in {**question, **facts, **_numbered(answer)}.items()}
+    if output is not None:
+        _tables.write(output, table, {})
+        print(output)
+        return
+    if as_csv:
+        print(_tables.csv_text(table), end="")
+        return
     if as_json:
-        _print_json({**question, **answer, "hex": _hex(answer["srgb"]), "in_srgb": _in_gamut(linear)})
+        _print_json({**question, **answer, **facts})
         return
     _print_color(answer, linear)
 
@@ -208,27 +233,54 @@ def spectrum(
     from_: Annotated[float, typer.Option("--from", help="First vacuum wavelength, nm.")] = 380.0,
     to: Annotated[float, typer.Option("--to", help="Last vacuum wavelength, nm.")] = 780.0,
     step: Annotated[float, typer.Option("--step", help="Step, nm.")] = 5.0,
+    resolution: Annotated[
+        float, typer.Option(help="Full width of the instrument's Gaussian line, nm: averages R and T over it.")
+    ] = 0.0,
+    output: TableOption = None,
+    as_csv: CsvOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Reflectance, transmittance and absorptance of a stack against wavelength, as CSV."""
+    """Reflectance, transmittance and absorptance of a stack against wavelength, as CSV unless --json says otherwise."""
+    from iridesce import _tables
+
+    if as_csv and as_json:
+        raise typer.BadParameter("--csv and --json exclude each other", param_hint="--csv")
+    if output is not None:
+        _tables.check(output)
     import iridesce as ir
 
     wavelength_nm = _grid(from_, to, step)
     with _reading():
         parsed = ir.Stack.parse(stack)
-        columns = {
-            "wavelength_nm": wavelength_nm,
-            "reflectance": parsed.reflectance(wavelength_nm, angle, polarization),
-            "transmittance": parsed.transmittance(wavelength_nm, angle, polarization),
-            "absorptance": parsed.absorptance(wavelength_nm, angle, polarization),
-        }
+        columns = {"wavelength_nm": wavelength_nm, **_powers(parsed, wavelength_nm, angle, polarization, resolution)}
     lists = {name: [float(value) for value in values] for name, values in columns.items()}
-    if as_json:
-        _print_json({"stack": stack, "angle_deg": angle, "polarization": polarization, **lists})
-        return
-    print(",".join(lists))
-    for row in zip(*lists.values(), strict=True):
-        print(",".join(f"{value:.10g}" for value in row))
+    question = {"stack": stack, "angle_deg": angle, "polarization": polarization, "resolution_nm": resolution}
+    if output is not None:
+        _tables.write(output, lists, question)
+        print(output)
+    elif as_json:
+        _print_json({**question, **lists})
+    else:
+        print(_tables.csv_text(lists), end="")
+
+
+def _numbered(colors: dict[str, list[float]]) -> dict[str, float]:
+    """Three numbers a space as columns: lab_1, lab_2, lab_3."""
+    return {
+        f"{name}_{number}": value for name, values in colors.items() for number, value in enumerate(values, start=1)
+    }
+
+
+def _powers(stack: Any, wavelength_nm: Any, angle: float, polarization: str, resolution: float) -> dict[str, Any]:
+    """R, T and A, through an instrument where it has a width."""
+    if resolution == 0.0:
+        names = ("reflectance", "transmittance", "absorptance")
+        return {name: getattr(stack, name)(wavelength_nm, angle, polarization) for name in names}
+    seen = {
+        name: getattr(stack, f"{name}_averaged")(wavelength_nm, angle, polarization, resolution_nm=resolution).value
+        for name in ("reflectance", "transmittance")
+    }
+    return {**seen, "absorptance": 1.0 - seen["reflectance"] - seen["transmittance"]}
 
 
 @app.command()

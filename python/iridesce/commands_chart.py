@@ -326,6 +326,15 @@ def _write(path: Path, pixels: tuple[int, int], panels: int, draw: Callable[[lis
     write_whole(path, buffer.getvalue())
 
 
+def write_chart(path: Path, size: str | None, draw: Callable[[Any], object]) -> None:
+    """One chart of another verb into a file."""
+
+    def one(axes: list[Any]) -> None:
+        draw(axes[0])
+
+    _write(path, (1250, 800) if size is None else _size(size), 1, one)
+
+
 def _slug(stack: str) -> str:
     """A file's name from a stack: ``air-soap-air``."""
     words = re.sub(r"[^A-Za-z0-9.+]+", "-", stack).strip("-.")

@@ -29,7 +29,7 @@ class Image:
 
     xyz            relative tristimulus values, a white of radiance 1 has Y = 1; row 0 on top    (height, width, 3)
     depth          distance along the ray, scene units, inf where nothing was met                (height, width)
-    thickness_nm   thickness of the first film, NaN off films                                    (height, width)
+    thickness_nm   of the first film, behind clear faces too, or of a coating's first layer; else NaN  (height, width)
     normal         unit normal of the first surface, world axes, zero where nothing was met      (height, width, 3)
     metadata       what is known of how the picture was made; see the property
     Raises         ValueError where shapes differ or ``xyz`` is not finite, naming the place

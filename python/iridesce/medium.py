@@ -96,6 +96,62 @@ class Medium:
         medium._origin = ("text", text, label)
         return medium
 
+    @classmethod
+    def mixture(
+        cls,
+        first: MediumLike,
+        second: MediumLike,
+        fraction: float,
+        rule: str = "bruggeman",
+        *,
+        weight_density: tuple[float, ...] | None = None,
+    ) -> Medium:
+        """Two media mixed more finely than the wavelength, by an effective-medium rule; e stands for the square of n + ik.
+
+        "bruggeman"        (1 - f)(a - e)/(a + 2e) + f (b - e)/(b + 2e) = 0: grains of both on the same footing; for
+                           rough faces (f = 1/2), porous and granular films
+        "maxwell-garnett"  (e - a)/(e + 2a) = f (b - a)/(b + 2a): separate spheres of b in a host a
+        "lorentz-lorenz"   (e - 1)/(e + 2) = (1 - f)(a - 1)/(a + 2) + f (b - 1)/(b + 2): refractions of molecules add;
+                           for solutions and liquids
+
+        first          medium a: a name, an index, a `Medium`
+        second         medium b
+        fraction       f, the share of b by volume, 0 to 1; by weight where ``weight_density`` is given
+        rule           one of the three
+        weight_density  None, or the densities of a and b in one unit, and that of the mixture where it is known: liquids
+                       shrink when they mix, and v_i = w_i density / density_i is the volume that a part had before.
+                       Without it volumes add. A third density is for "lorentz-lorenz" only
+        Returns        Medium of the kind "mixture", known where both parts are
+        Raises         ValueError naming the argument, the value and what is allowed; parts with gain (k < 0), or known
+                       at no common wavelength
+        Source         D. A. G. Bruggeman, Ann. Phys. 416, 636 (1935); J. C. Maxwell Garnett, Phil. Trans. R. Soc. A 203,
+                       385 (1904); Born & Wolf, Principles of Optics, sec. 2.3.3 (Lorentz-Lorenz)
+
+        >>> porous = Medium.mixture("SiO2", "air", 0.25)
+        >>> round(float(porous.index(550.0).real), 4)
+        1.3414
+        >>> syrup = Medium.mixture("water", "glycerol", 0.5, "lorentz-lorenz", weight_density=(0.998, 1.261, 1.126))
+        >>> round(float(syrup.index(589.3).real), 3)
+        1.398
+        """
+        parts = cls(first), cls(second)
+        share = _share("fraction", fraction)
+        volumes = (1.0 - share, share)
+        if not isinstance(rule, str):
+            raise ValueError(f"rule must be a string, got {_shown(rule)}")
+        if weight_density is not None:
+            volumes = _volumes(share, weight_density, rule)
+        medium = cls.__new__(cls)
+        name = f"{parts[0].name} + {parts[1].name} {volumes[1]:.6g} {rule}"
+        medium._core = _core.Medium.mixture(parts[0]._core, parts[1]._core, *volumes, rule, name)
+        densities = None if weight_density is None else tuple(float(value) for value in weight_density)
+        medium._origin = ("mixture", parts[0], parts[1], share, rule, densities)
+        return medium
+
+    @classmethod
+    def _from_mixture(cls, first: Medium, second: Medium, share: float, rule: str, densities: Any) -> Medium:
+        return cls.mixture(first, second, share, rule, weight_density=densities)
+
     @property
     def name(self) -> str:
         """The name it was asked for by: a built-in name, a number such as ``1.33`` or ``2+3j``, or a path."""
@@ -159,6 +215,10 @@ class Medium:
 
     def __repr__(self) -> str:
         kind, content, *label = self._origin
+        if kind == "mixture":
+            second, share, rule, densities = label
+            dense = "" if densities is None else f", weight_density={densities}"
+            return f"Medium.mixture({_bare(content)}, {_bare(second)}, {share!r}, {rule!r}{dense})"
         if kind == "text":
             return f"Medium.from_file({label[0]!r})"
         if kind == "index" and content.imag == 0.0:
@@ -179,7 +239,8 @@ class Medium:
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
         kind, *content = self._origin
-        return (Medium._from_text if kind == "text" else Medium), tuple(content)
+        makers: dict[str, Any] = {"text": Medium._from_text, "mixture": Medium._from_mixture}
+        return makers.get(kind, Medium), tuple(content)
 
 
 class MediumName(str):
@@ -276,6 +337,42 @@ def _index(value: Any) -> complex:
         return complex(value)
     except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{wanted}, got {_shown(value)}") from None
+
+
+def _bare(medium: Medium) -> str:
+    """A medium as `Medium.mixture` takes it: without the ``Medium( )`` around a name or a number."""
+    text = repr(medium)
+    return text.removeprefix("Medium(").removesuffix(")") if text.startswith("Medium(") else text
+
+
+def _share(name: str, value: object) -> float:
+    """A number from 0 to 1."""
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} must be a number from 0 to 1, got {_shown(value)}") from None
+    if isinstance(value, bool | str) or not 0.0 <= number <= 1.0:
+        raise ValueError(f"{name} must be a number from 0 to 1, got {_shown(value)}")
+    return number
+
+
+def _volumes(share: float, densities: object, rule: str) -> tuple[float, float]:
+    """Volumes before mixing per volume of the mixture, from a share by weight."""
+    wanted = "weight_density must be two or three densities > 0: of the first, of the second, of the mixture"
+    try:
+        known = [float(value) for value in densities]  # type: ignore[attr-defined]
+    except (TypeError, ValueError):
+        raise ValueError(f"{wanted}, got {_shown(densities)}") from None
+    if len(known) not in (2, 3) or not all(0.0 < value < float("inf") for value in known):
+        raise ValueError(f"{wanted}, got {_shown(densities)}")
+    if len(known) == 3 and rule != "lorentz-lorenz":
+        raise ValueError(
+            f'a density of the mixture is for rule="lorentz-lorenz" only, got {_shown(densities)} for {rule!r}'
+        )
+    volumes = (1.0 - share) / known[0], share / known[1]
+    density = known[2] if len(known) == 3 else 1.0 / sum(volumes)
+    first, second = (volume * density for volume in volumes)
+    return (first, second) if len(known) == 3 else (1.0 - second, second)
 
 
 def _shown(value: object) -> str:

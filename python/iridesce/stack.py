@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from iridesce import _core
+from iridesce import _averages, _core, _derivatives, _fields, _labelled
 from iridesce._arrays import (
     Floats,
     Operand,
@@ -16,6 +16,7 @@ from iridesce._arrays import (
     checked_out,
     checked_threads,
     new_array,
+    one_of,
     place,
     real_operand,
 )
@@ -417,8 +418,8 @@ class Stack(_Fixed):
         (3,)
         """
         polarization = _checked_polarization(polarization)
-        quantity = _one_of("quantity", quantity, ("reflectance", "transmittance", "absorptance"))
-        if _one_of("model", model, ("exact", "two-beam")) == "two-beam":
+        quantity = one_of("quantity", quantity, ("reflectance", "transmittance", "absorptance"))
+        if one_of("model", model, ("exact", "two-beam")) == "two-beam":
             self._must_be_one_film()
             if polarization != "unpolarized":
                 raise ValueError(f'model="two-beam" knows no polarisation, got polarization={polarization!r}')
@@ -443,6 +444,17 @@ class Stack(_Fixed):
             gamut,
         )
         return result
+
+    # Questions that live in modules of their own; each is an ordinary method.
+    derivatives = _derivatives.derivatives
+    color_derivatives = _derivatives.color_derivatives
+    color_uncertainty = _derivatives.color_uncertainty
+    reflectance_averaged = _averages.reflectance_averaged
+    transmittance_averaged = _averages.transmittance_averaged
+    jones = _fields.jones
+    mueller = _fields.mueller
+    field_profile = _fields.field_profile
+    to_xarray = _labelled.to_xarray
 
     def __repr__(self) -> str:
         items = [_medium_repr(self.first), *map(repr, self.layers), _medium_repr(self.last)]
@@ -530,6 +542,36 @@ class Stack(_Fixed):
             count,
         )
 
+    def _elements(
+        self, shape: tuple[int, ...], arguments: list[Operand], extended: bool = False, hold: bool = False
+    ) -> tuple[npt.NDArray[np.complex128], Floats, Floats, Floats]:
+        """Every argument in full size, one row an element: indices, thicknesses, wavelength, angle.
+
+        ``extended``: built-in media continue beyond their data as they state, as in colour sums; ``hold``: all media
+        keep the ends of their data.
+        """
+        wavelength_nm, angle_deg, *thickness_nm = (np.broadcast_to(argument.full(), shape) for argument in arguments)
+        columns = []
+        for medium in self.media:
+            if extended and medium.kind != "constant":
+                flat, _ = medium._core.index_extended(np.ascontiguousarray(arguments[0].values.reshape(-1)))
+                values = flat.reshape(arguments[0].values.shape)
+            elif hold:
+                values = np.asarray(medium.index(arguments[0].values, extrapolate="hold"))
+            else:
+                values = _indices(medium, arguments[0].values)
+            columns.append(np.broadcast_to(values, shape).reshape(-1))
+        rows = wavelength_nm.size
+        thickness = np.empty((rows, len(self.layers)))
+        for column, values_nm in enumerate(thickness_nm):
+            thickness[:, column] = values_nm.reshape(-1)
+        return (
+            np.ascontiguousarray(np.stack(columns, axis=-1)),
+            thickness,
+            np.ascontiguousarray(wavelength_nm.reshape(-1)),
+            np.ascontiguousarray(angle_deg.reshape(-1)),
+        )
+
     def _must_be_coherent(self, what: str) -> None:
         for number, layer in enumerate(self.layers, start=1):
             if not layer.coherent:
@@ -585,12 +627,5 @@ def _check_ends(first: Medium, last: Medium) -> None:
         raise ValueError(f"the last medium must have k >= 0 (gain only in finite layers), got {_medium_repr(last)}")
 
 
-def _one_of(name: str, value: object, allowed: tuple[str, ...]) -> str:
-    if isinstance(value, str) and value in allowed:
-        return value
-    quoted = [f'"{word}"' for word in allowed]
-    raise ValueError(f"{name} must be {', '.join(quoted[:-1])} or {quoted[-1]}, got {value!r}")
-
-
 def _checked_polarization(value: object) -> str:
-    return _one_of("polarization", value, _POLARIZATIONS)
+    return one_of("polarization", value, _POLARIZATIONS)

@@ -18,10 +18,24 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
-from iridesce._thickness_map import ThicknessMap, array, file_name, number, refuse_where
+from iridesce._flow import Frame, Simulation, presets, simulate
+from iridesce._thickness_map import ThicknessMap, array, file_name, number, refuse_where, whole
 from iridesce.errors import ResourceError
 
-__all__ = ["ThicknessMap", "ThicknessModel", "gradient", "lens_gap", "map", "uniform", "wedge"]
+__all__ = [
+    "Frame",
+    "Simulation",
+    "ThicknessMap",
+    "ThicknessModel",
+    "flow",
+    "gradient",
+    "lens_gap",
+    "map",
+    "presets",
+    "simulate",
+    "uniform",
+    "wedge",
+]
 
 _MAX_CELLS = 2**30
 
@@ -31,12 +45,12 @@ def __dir__() -> list[str]:
 
 
 # What each kind follows, and which method asks it; all follow anything where they are uniform.
-_METHODS = {"gradient": "at_height", "wedge": "at_point", "lens_gap": "at_radius", "map": "map"}
+_METHODS = {"gradient": "at_height", "wedge": "at_point", "lens_gap": "at_radius", "map": "map", "flow": "map"}
 _EXTENT_KINDS = ("wedge", "lens_gap")
 
 
 class ThicknessModel:
-    """A film's thickness as a function of place: `uniform`, `gradient`, `wedge`, `lens_gap` or `map` make one. Immutable.
+    """A film's thickness as a function of place: `uniform`, `gradient`, `wedge`, `lens_gap`, `map`, `flow` make one. Immutable.
 
     >>> gradient(0.0, 800.0)
     gradient(top=0.0, bottom=800.0, exponent=1.0)
@@ -46,11 +60,12 @@ class ThicknessModel:
 
     def __init__(self, kind: str, values: Mapping[str, Any]) -> None:
         if kind != "uniform" and kind not in _METHODS:
-            raise ValueError(f'kind must be one of "uniform", "gradient", "wedge", "lens_gap", "map", got {kind!r:.60}')
+            known = ", ".join(f'"{name}"' for name in ("uniform", *_METHODS))
+            raise ValueError(f"kind must be one of {known}, got {kind!r:.60}")
         self._kind = kind
         self._values: dict[str, Any] = {name: _parameter(name, value) for name, value in values.items()}
-        # A map is read when it is asked: the scene that it is meant for may lie in another folder.
-        self._core = None if kind == "map" else getattr(_core.Thickness, kind)(**self._values)
+        # A map is read when it is asked: the scene that it is meant for may lie in another folder. A film flows then, too.
+        self._core = None if kind in ("map", "flow") else getattr(_core.Thickness, kind)(**self._values)
 
     def at_height(self, s: ArrayLike) -> NDArray[np.float64] | float:
         """Thickness at relative height, of a gradient.
@@ -146,7 +161,12 @@ class ThicknessModel:
             return ThicknessMap(self._core.map(**sides, extent=ends))
         u = (np.arange(sides["width"]) + 0.5) / sides["width"]
         v = 1.0 - (np.arange(sides["height"]) + 0.5) / sides["height"]
-        return ThicknessMap(ThicknessMap.load(**self._values).sample(u[None, :], v[:, None]))
+        whole = (
+            ThicknessMap(_core.flow_field(**self._values))
+            if self._kind == "flow"
+            else ThicknessMap.load(**self._values)
+        )
+        return ThicknessMap(whole.sample(u[None, :], v[:, None]))
 
     def to_scene(self) -> float | dict[str, Any]:
         """The model as a scene writes it.
@@ -257,8 +277,33 @@ def map(path: str | os.PathLike[str], min_nm: float | None = None, max_nm: float
     return ThicknessModel("map", {"path": path, "min_nm": min_nm, "max_nm": max_nm})
 
 
+def flow(preset: str, time_s: float, seed: int = 1) -> ThicknessModel:
+    """A film that has flowed for some seconds, laid over a sphere by its u and v; a dome is mirrored below its rim.
+
+    preset   one of `presets`
+    time_s   0 to 600 s since the film was made
+    seed     0 to 2**64 - 1; another seed, another film
+    Returns  ThicknessModel; the film flows when the model is used, which takes several seconds for each of its own. The
+             last few are remembered
+    Raises   ValueError naming the argument and the value
+
+    >>> flow("bubble-on-bath", 0.1).to_scene()
+    {'flow': {'preset': 'bubble-on-bath', 'time_s': 0.1, 'seed': 1}}
+    >>> grid = flow("late", 0.02).map(64, 32)
+    >>> bool(200.0 < grid.thickness_nm.mean() < 300.0)
+    True
+    """
+    if preset not in presets():
+        raise ValueError(f"preset must be one of {', '.join(presets())}, got {preset!r:.60}")
+    if not 0.0 <= number("time_s", time_s) <= 600.0:
+        raise ValueError(f"time_s must be from 0 to 600 s, got {time_s!r:.60}")
+    return ThicknessModel("flow", {"preset": preset, "time_s": time_s, "seed": whole("seed", seed, 0, 2**64 - 1)})
+
+
 def _parameter(name: str, value: Any) -> Any:
     """One parameter of a model, checked for its type: a number, three of them, or a path."""
+    if name in ("preset", "seed"):
+        return value
     if name == "path":
         return file_name(value)
     if name.endswith("_point"):

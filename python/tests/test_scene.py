@@ -549,3 +549,15 @@ def test_thickness_maps_lie_beside_the_scene(tmp_path):
         ir.Scene.load(file)
     assert caught.value.key == "object.bubble.surface.film.thickness_nm.map"
     ir.Scene.load(file, allow_outside=True)
+
+
+def test_the_thickness_plane_looks_through_clear_faces() -> None:
+    """Behind the lens of Newton's rings it shows the gap, r^2 / (2 R) to 1e-6; on a slick the oil; on a wafer its oxide."""
+    image = ir.render("newtons-rings", size=(9, 9), samples=1)
+    row = (np.arange(9) - 4.0) * 4.8 / 9  # mm
+    square = row[:, None] ** 2 + row[None, :] ** 2
+    gap_nm = 1e6 * square / (1000.0 + np.sqrt(1000.0**2 - square))
+    np.testing.assert_allclose(image.channels["thickness_nm"], gap_nm, rtol=1e-6, atol=1e-3)
+    assert np.nanmin(ir.render("oil-slick", size=(9, 9), samples=1).channels["thickness_nm"]) > 20.0
+    wafer = ir.render("wafer", size=(33, 33), samples=1).channels["thickness_nm"]
+    assert {2.0, 50.0, 500.0} <= set(np.unique(wafer[np.isfinite(wafer)]).tolist()) and np.isnan(wafer[0, 0])

@@ -28,6 +28,7 @@ use crate::{Complex64, OpticsError};
 pub use catalogue::names;
 pub use formula::Formula;
 use mixture::Part;
+pub use mixture::Rule;
 use number::{short_nm, short_range};
 
 /// Colour sums and renders ask for these wavelengths (nm); built-in media answer on all of them.
@@ -57,7 +58,7 @@ pub enum Kind {
     Table,
     /// A dispersion formula for n with a table of k.
     FormulaAndTable,
-    /// Other media mixed (Lorentz-Lorenz).
+    /// Other media mixed.
     Mixture,
 }
 
@@ -110,7 +111,13 @@ impl Real {
 enum Index {
     Constant(Complex64),
     Data { n: Real, k: Option<Table> },
-    Mixture(Vec<Part>),
+    Mixture(Mixture),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Mixture {
+    rule: Rule,
+    parts: Vec<Part>,
 }
 
 #[derive(Debug, PartialEq)]
@@ -178,6 +185,14 @@ impl Medium {
         let yaml =
             lower.ends_with(".yml") || lower.ends_with(".yaml") || text.lines().any(|line| line.starts_with("DATA:"));
         if yaml { Medium::from_yaml(text, label) } else { Medium::from_csv(text, label) }
+    }
+
+    /// Two passive media mixed more finely than the wavelength, by an effective-medium rule; known where both are.
+    ///
+    /// Each comes with its volume per volume of the mixture. The two add to 1, except for [`Rule::LorentzLorenz`], where they
+    /// are the volumes before mixing. `name` is what the mixture is called.
+    pub fn mixture(first: (Medium, f64), second: (Medium, f64), rule: Rule, name: &str) -> Result<Medium, OpticsError> {
+        mixture::checked(first, second, rule, name)
     }
 
     /// A medium of data read by one of the readers.
@@ -262,7 +277,7 @@ impl Medium {
         }
         let how = match &self.0.index {
             Index::Data { n: Real::Table(_), .. } => "the end value of the table is held",
-            Index::Mixture(_) => "the dispersion formulas of the parts are continued",
+            Index::Mixture(_) => "the parts are continued, each as it states",
             Index::Data { k: Some(_), .. } => "the dispersion formula is continued, the end value of k is held",
             _ => "the dispersion formula is continued",
         };
@@ -290,8 +305,8 @@ impl Medium {
         match &self.0.index {
             Index::Constant(index) => Ok(*index),
             Index::Data { n, k } => self.joined(n.held(wavelength_nm), k.as_ref(), wavelength_nm, place),
-            Index::Mixture(parts) => {
-                let mixed = mixture::lorentz_lorenz(parts, |medium| medium.index(wavelength_nm, Beyond::Hold))?;
+            Index::Mixture(Mixture { rule, parts }) => {
+                let mixed = rule.index(parts, |medium| medium.index(wavelength_nm, Beyond::Hold))?;
                 self.sound(mixed, wavelength_nm, place)
             }
         }
@@ -318,9 +333,9 @@ impl Medium {
         let index = match &self.0.index {
             Index::Constant(index) => *index,
             Index::Data { n, k } => self.joined(n.continued(wavelength_nm), k.as_ref(), wavelength_nm, "")?,
-            Index::Mixture(parts) => {
+            Index::Mixture(Mixture { rule, parts }) => {
                 let extended = |medium: &Medium| medium.index_extended(wavelength_nm).map(|(index, _)| index);
-                self.sound(mixture::lorentz_lorenz(parts, extended)?, wavelength_nm, "")?
+                self.sound(rule.index(parts, extended)?, wavelength_nm, "")?
             }
         };
         Ok((index, true))

@@ -4,12 +4,17 @@
 //! both polarisations from one preparation ([`Solver`]), incoherent slabs as sums of powers (`slabs`); whole arrays
 //! in vectors ([`sweep`]).
 
+mod derivatives;
+mod fields;
 mod march;
+mod runs;
 mod slabs;
 mod solver;
 pub mod sweep;
 
 pub use crate::fresnel::{Amplitudes, Polarization};
+pub use derivatives::{Derivatives, LayerAiry, ellipsometry_derivatives, layer_airy, power_derivatives};
+pub use fields::{FieldAt, Fields};
 pub use solver::{Powers, Solver};
 
 use crate::fresnel::{check_finite_index, check_first, check_last};

@@ -153,6 +153,25 @@ fn lossless_films() {
     }
 }
 
+/// What is left of a reflection that a quarter wave takes away is rounding, and rounding has either sign.
+#[test]
+fn nothing_reflects_less_than_nothing() {
+    let mut zeros = 0;
+    for i in 0..2000 {
+        let last = 1.2 + 1e-3 * f64::from(i);
+        let film = last.sqrt();
+        let problem = grid(real(&[1.0, film, last]), vec![vec![550.0 / 4.0 / film, 550.0 * 0.75 / film]]);
+        for light in POLARIZATIONS {
+            let sweep = Sweep::at_level(problem.request(Power::Reflectance, light), levels()[0]).unwrap();
+            let mut out = vec![f64::NAN; problem.count()];
+            sweep.evaluate(&mut out).unwrap();
+            assert!(out.iter().all(|r| *r >= 0.0), "{film} on {last}: {out:?}");
+            zeros += out.iter().filter(|r| **r < 1e-16).count();
+        }
+    }
+    assert!(zeros > 0);
+}
+
 #[test]
 fn films_beyond_the_critical_angle_and_absorbing_ones() {
     let c = Complex64::new;

@@ -4,6 +4,8 @@ use pyo3::prelude::*;
 
 mod color;
 mod color_table;
+mod detail;
+mod flow;
 mod medium;
 mod render;
 mod scene;
@@ -17,7 +19,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     stack::register(module)?;
     color::register(module)?;
     color_table::register(module)?;
+    detail::register(module)?;
     thickness::register(module)?;
+    flow::register(module)?;
     scene::register(module)?;
     render::register(module)
 }

@@ -35,6 +35,21 @@ impl Medium {
         wrap(py.detach(|| Inner::from_text(text, label)))
     }
 
+    /// Two media with their volumes, mixed by a rule.
+    #[staticmethod]
+    fn mixture(
+        first: PyRef<'_, Medium>,
+        second: PyRef<'_, Medium>,
+        first_volume: f64,
+        second_volume: f64,
+        rule: &str,
+        name: &str,
+    ) -> PyResult<Medium> {
+        let rule = medium::Rule::named(rule).map_err(value_error)?;
+        let parts = ((first.inner.clone(), first_volume), (second.inner.clone(), second_volume));
+        wrap(Inner::mixture(parts.0, parts.1, rule, name))
+    }
+
     #[getter]
     fn name(&self) -> &str {
         self.inner.name()

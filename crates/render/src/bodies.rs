@@ -8,19 +8,18 @@
 use crate::camera::Ray;
 use crate::geometry::{Shape, nearest_of};
 use crate::media::Within;
-use crate::prepare::Material;
 use crate::vector::Vec3;
 
-/// The media around a point.
-pub fn within(shapes: &[Shape], materials: &[Material], point: Vec3) -> Within {
+/// The media around a point; `bodies` are the media behind the shapes, where there are any.
+pub fn within(shapes: &[Shape], bodies: &[Option<u8>], point: Vec3) -> Within {
     let up = Vec3::new(0.0, 1.0, 0.0);
-    let normals = shapes.iter().zip(materials).filter_map(|(shape, material)| match (shape, material) {
-        (Shape::Plane { normal, .. }, Material::Coating(_)) => Some(*normal),
+    let normals = shapes.iter().zip(bodies).filter_map(|(shape, body)| match (shape, body) {
+        (Shape::Plane { normal, .. }, Some(_)) => Some(*normal),
         _ => None,
     });
     let mut most = Vec::new();
     for direction in std::iter::once(up).chain(normals.flat_map(|normal| [normal, -normal])) {
-        let left = left_along(shapes, materials, Ray { origin: point, direction });
+        let left = left_along(shapes, bodies, Ray { origin: point, direction });
         if left.len() > most.len() {
             most = left;
         }
@@ -30,25 +29,71 @@ pub fn within(shapes: &[Shape], materials: &[Material], point: Vec3) -> Within {
 }
 
 /// The media that a straight line leaves without having entered them, in that order.
-fn left_along(shapes: &[Shape], materials: &[Material], mut ray: Ray) -> Vec<u8> {
+fn left_along(shapes: &[Shape], bodies: &[Option<u8>], mut ray: Ray) -> Vec<u8> {
     let (mut left, mut entered, mut from) = (Vec::new(), Vec::new(), None);
     let is_body = |object: usize| {
-        matches!(
-            (&shapes[object], &materials[object]),
-            (Shape::Sphere { .. } | Shape::Plane { .. }, Material::Coating(_))
-        )
+        bodies[object].is_some() && matches!(shapes[object], Shape::Sphere { .. } | Shape::Plane { .. })
     };
     // A line meets no shape more than twice.
     for _ in 0..2 * shapes.len() {
         let Some(hit) = nearest_of(shapes, &ray, from, is_body) else { break };
-        if let Material::Coating(coating) = &materials[hit.object] {
+        if let Some(medium) = bodies[hit.object] {
             if ray.direction.dot(hit.normal) < 0.0 {
-                entered.push(coating.substrate);
+                entered.push(medium);
             } else if entered.pop().is_none() {
-                left.push(coating.substrate);
+                left.push(medium);
             }
         }
         (ray.origin, from) = (hit.point, Some(hit.object));
     }
     left
+}
+
+#[cfg(test)]
+mod tests {
+    use iridesce_scene::Shape as SceneShape;
+
+    use super::*;
+
+    const WATER: u8 = 3;
+    const GLASS: u8 = 5;
+
+    fn plane(y: f64, up: f64) -> Shape {
+        Shape::new(&SceneShape::Plane { point: [0.0, y, 0.0], normal: [0.0, up, 0.0] })
+    }
+
+    fn media(shapes: &[Shape], bodies: &[u8], y: f64) -> Vec<u8> {
+        let bodies: Vec<Option<u8>> = bodies.iter().map(|&medium| Some(medium)).collect();
+        let mut within = within(shapes, &bodies, Vec3::new(0.1, y, 0.0));
+        let mut found = Vec::new();
+        while within != Within::default() {
+            found.push(within.innermost());
+            within = within.left();
+        }
+        found
+    }
+
+    #[test]
+    fn slabs_are_between_their_planes() {
+        let slab = [plane(1.0, 1.0), plane(-1.0, -1.0)];
+        assert_eq!([2.0, 0.0, -2.0].map(|y| media(&slab, &[GLASS; 2], y)), [vec![], vec![GLASS], vec![]]);
+        // A slab lying deep in the sea.
+        let sea = [plane(5.0, 1.0), slab[0], slab[1]];
+        let bodies = [WATER, GLASS, GLASS];
+        assert!(media(&sea, &bodies, 6.0).is_empty());
+        assert_eq!(media(&sea, &bodies, 2.0), [WATER]);
+        assert_eq!(media(&sea, &bodies, 0.0), [GLASS, WATER]);
+        assert_eq!(media(&sea, &bodies, -2.0), [WATER]);
+    }
+
+    #[test]
+    fn half_spaces_and_spheres_within_them() {
+        let ball = Shape::new(&SceneShape::Sphere { center: [0.0, -3.0, 0.0], radius: 1.0 });
+        let shapes = [ball, plane(0.0, 1.0)];
+        assert!(media(&shapes, &[GLASS, WATER], 1.0).is_empty());
+        assert_eq!(media(&shapes, &[GLASS, WATER], -1.0), [WATER]);
+        assert_eq!(media(&shapes, &[GLASS, WATER], -3.5), [GLASS, WATER]);
+        let disk = Shape::new(&SceneShape::Disk { center: [0.0; 3], normal: [0.0, 1.0, 0.0], radius: 9.0 });
+        assert!(media(&[disk], &[GLASS], -1.0).is_empty(), "an open shape bounds nothing by itself");
+    }
 }

@@ -20,8 +20,7 @@ use num_complex::Complex64;
 
 use crate::complex::{Complex, add, conjugate_product, inverse, mul, power, square_root, sub};
 use crate::film::{COS_PI, EXP2_PER_HALF_TURN, Mueller, Response, SIN_PI, SMALLEST_COS, exp2};
-use crate::lanes::{Lanes, blocks, polynomial};
-use crate::spectral::LANES;
+use crate::lanes::{LANES, Lanes, blocks, polynomial};
 
 /// Complex indices of a medium at the nodes of a render.
 #[derive(Debug, Clone)]

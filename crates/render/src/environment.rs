@@ -5,8 +5,7 @@ use std::sync::Arc;
 use fearless_simd::{Level, Simd, dispatch, f32x16, prelude::*};
 use iridesce_scene::EnvironmentMap;
 
-use crate::lanes::polynomial;
-use crate::spectral::LANES;
+use crate::lanes::{LANES, polynomial};
 use crate::vector::Vec3;
 
 /// A latitude-longitude map with its rotation, looked up bilinearly between texel centres,

@@ -46,7 +46,8 @@ pub struct Framebuffer {
     pub xyz: Vec<f32>,
     /// Distance along the ray to the first surface, scene units; infinite where there is none.
     pub depth: Vec<f32>,
-    /// Thickness of the first film that is met, nm; NaN off films.
+    /// Thickness of the first free film, also behind clear surfaces, or without one of the outermost layer of the first
+    /// coating, nm; NaN off them.
     pub thickness_nm: Vec<f32>,
     /// Unit normal of the first surface, world axes, three floats a pixel; zero where there is none.
     pub normal: Vec<f32>,

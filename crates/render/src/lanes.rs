@@ -2,7 +2,8 @@
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 
-use crate::spectral::LANES;
+/// Nodes come in multiples of the widest vector, so that kernels need no remainder loop.
+pub const LANES: usize = 16;
 
 /// Sixteen neighbouring spectral nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -15,9 +15,11 @@ mod lanes;
 mod lights;
 mod media;
 mod prepare;
+mod refraction;
 mod render;
 mod sampler;
 mod spectral;
+mod trouble;
 mod vector;
 
 pub use framebuffer::{Framebuffer, Progress, RenderError, RenderInfo, RenderOptions};

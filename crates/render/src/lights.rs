@@ -8,8 +8,8 @@ use iridesce_optics::color::{Illuminant, Observer, rgb_basis};
 use iridesce_scene::{Emitter, EnvironmentSource, Light, Scene};
 
 use crate::environment::{MapLookup, MapSampler};
-use crate::lanes::{Lanes, blocks};
-use crate::spectral::{LANES, Nodes};
+use crate::lanes::{LANES, Lanes, blocks};
+use crate::spectral::Nodes;
 use crate::vector::Vec3;
 
 /// Weights of X, Y, Z at a block of nodes. They are halved because they meet the sum of s and p weights.
@@ -100,28 +100,33 @@ impl Lights {
             std::array::from_fn(|c| map_weights[c].iter().zip(&basis[rgb]).map(|(w, f)| 2.0 * w * f).sum::<f64>())
         });
         let mut uniform: Option<[Vec<f64>; 3]> = None;
-        let mut suns = Vec::new();
+        let mut suns: Vec<(Vec3, f64, [Vec<f64>; 3])> = Vec::new();
         for Light::Environment(environment) in &scene.lights {
             match &environment.source {
                 EnvironmentSource::Map(_) => {}
                 EnvironmentSource::Sky(_, sun) => {
                     let weights = scaled(&halved(&sun.illuminant, nodes), environment.radiance * sun.radiance);
-                    suns.push(SunDisc {
-                        direction: turned(sun.direction.into(), environment.rotation_deg).normalized(),
-                        cos_radius: sun.angular_radius_deg.to_radians().cos(),
-                        xyz: sums(&weights),
-                        weights: in_blocks(weights),
-                    });
+                    let direction = turned(sun.direction.into(), environment.rotation_deg).normalized();
+                    let cos_radius = sun.angular_radius_deg.to_radians().cos();
+                    // Two skies have one sun, of both radiances: a place of the sky is looked up in one disc.
+                    match suns.iter_mut().find(|(there, cos, _)| (*there, *cos) == (direction, cos_radius)) {
+                        Some((_, _, sum)) => add_to(sum, &weights),
+                        None => suns.push((direction, cos_radius, weights)),
+                    }
                 }
                 EnvironmentSource::Uniform(illuminant) => {
                     let own = scaled(&halved(illuminant, nodes), environment.radiance);
                     let sum = uniform.get_or_insert_with(|| std::array::from_fn(|_| vec![0.0; nodes.len()]));
-                    for (sum, own) in sum.iter_mut().flatten().zip(own.iter().flatten()) {
-                        *sum += own;
-                    }
+                    add_to(sum, &own);
                 }
             }
         }
+        let sun_disc = |(direction, cos_radius, weights)| SunDisc {
+            direction,
+            cos_radius,
+            xyz: sums(&weights),
+            weights: in_blocks(weights),
+        };
         let glow = |&(object, emitter): &(usize, &Emitter)| Glow {
             object,
             weights: in_blocks(scaled(&halved(&emitter.illuminant, nodes), emitter.radiance)),
@@ -138,7 +143,7 @@ impl Lights {
                 .map(|(weights, basis)| MapBlock { basis, weights })
                 .collect(),
             rgb_to_xyz,
-            suns,
+            suns: suns.into_iter().map(sun_disc).collect(),
             glows: emitters.iter().map(glow).collect(),
         })
     }
@@ -282,6 +287,12 @@ fn add_weighted<S: Simd>(simd: S, weights: &Weights, s_and_p: f32x16<S>, [x, y, 
 fn turned(v: Vec3, degrees: f64) -> Vec3 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     Vec3::new(v.x * cos + v.z * sin, v.y, v.z * cos - v.x * sin)
+}
+
+fn add_to(sum: &mut [Vec<f64>; 3], own: &[Vec<f64>; 3]) {
+    for (sum, own) in sum.iter_mut().flatten().zip(own.iter().flatten()) {
+        *sum += own;
+    }
 }
 
 fn scaled(weights: &[Vec<f64>; 3], factor: f64) -> [Vec<f64>; 3] {

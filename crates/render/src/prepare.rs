@@ -10,10 +10,9 @@ use crate::coating::IndexTable;
 use crate::film::FilmTable;
 use crate::framebuffer::{RenderError, RenderOptions};
 use crate::geometry::Shape;
-use crate::integrator::Trouble;
 use crate::lanes::{Lanes, blocks};
 use crate::lights::{AllAround, Lights};
-use crate::media::{DEEPEST, Media, SURROUNDING, Within, indices, visible};
+use crate::media::{Media, Within, indices, visible};
 use crate::spectral::{Bands, LEAST_NODES, MAX_NODES, Nodes, node_count, resolved_nm};
 use crate::vector::Vec3;
 
@@ -30,6 +29,8 @@ pub struct Prepared {
     pub materials: Vec<Material>,
     /// What share of the mean light is expected from each object.
     pub expected_shares: Vec<f32>,
+    /// The media behind the shapes.
+    bodies: Vec<Option<u8>>,
     /// Names of objects, for messages.
     pub names: Vec<String>,
     pub media: Media,
@@ -104,12 +105,11 @@ pub struct CoatedSurface {
 }
 
 impl Material {
-    /// Thickness in nm that the picture's plane shows: of the film, or of the outermost layer.
-    pub fn thickness_nm(&self, point: Vec3) -> Option<f64> {
+    /// The medium that fills the space behind.
+    fn body(&self) -> Option<u8> {
         match self {
-            Material::Film(film) => Some(film.layer.thickness_nm(point)),
-            Material::Coating(coating) => coating.layers.first().map(|layer| layer.thickness_nm(point)),
-            Material::Matt { .. } | Material::Emitter(_) => None,
+            Material::Coating(coating) => Some(coating.substrate),
+            Material::Film(_) | Material::Matt { .. } | Material::Emitter(_) => None,
         }
     }
 
@@ -178,7 +178,8 @@ impl Prepared {
             finest.resolved_nm = f64::INFINITY;
         }
         let camera = RayCamera::new(&scene.camera, width, height);
-        let camera_within = within(&shapes, &materials.list, scene.camera.position.into());
+        let bodies: Vec<Option<u8>> = materials.list.iter().map(Material::body).collect();
+        let camera_within = within(&shapes, &bodies, scene.camera.position.into());
         let has_media = materials.list.iter().any(|material| matches!(material, Material::Coating(_)));
         Ok(Prepared {
             camera,
@@ -188,6 +189,7 @@ impl Prepared {
             seed: options.seed.unwrap_or(scene.render.seed),
             max_depth: scene.render.max_depth,
             camera_within,
+            bodies,
             is_camera_wide: has_media && camera.is_wide(),
             shapes,
             expected_shares: materials.list.iter().map(|own| own.expected_share(&materials.matt)).collect(),
@@ -203,44 +205,7 @@ impl Prepared {
     /// The media that a camera ray starts in.
     #[inline(always)]
     pub fn within(&self, ray: &Ray) -> Within {
-        if self.is_camera_wide { within(&self.shapes, &self.materials, ray.origin) } else { self.camera_within }
-    }
-
-    /// What a scene is told whose rays run into trouble.
-    pub fn complaint(&self, trouble: Trouble) -> RenderError {
-        let medium = |number: u8| match number {
-            SURROUNDING => "air".to_owned(),
-            _ => format!("\"{}\"", self.media.name(number)),
-        };
-        match trouble {
-            Trouble::WrongMedium { object, is_in, expected } => {
-                let name = &self.names[object];
-                let (key, why) = match &self.materials[object] {
-                    Material::Film(_) => ("film.outside", "lies in"),
-                    _ => ("", "is left from"),
-                };
-                let key = format!("object.{name}.surface{}{key}", if key.is_empty() { "" } else { "." });
-                RenderError::Scene {
-                    message: format!(
-                        "{key}: a ray comes to object \"{name}\", which {why} {}, in {}; close the body that the medium fills, \
-                         or let the object lie in the medium around it",
-                        medium(expected),
-                        medium(is_in)
-                    ),
-                    key,
-                }
-            }
-            Trouble::TooDeep { object } => RenderError::Scene {
-                message: format!(
-                    "object \"{}\": more than {DEEPEST} media lie within one another where a ray enters it",
-                    self.names[object]
-                ),
-                key: format!("object.{}", self.names[object]),
-            },
-            Trouble::NeedsLevel(level) => {
-                RenderError::Resource(format!("spectra of level {level} are needed, which were not prepared"))
-            }
-        }
+        if self.is_camera_wide { within(&self.shapes, &self.bodies, ray.origin) } else { self.camera_within }
     }
 }
 

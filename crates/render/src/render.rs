@@ -9,9 +9,11 @@ use rayon::prelude::*;
 
 use crate::framebuffer::{Framebuffer, Progress, RenderError, RenderInfo, RenderOptions};
 use crate::geometry::nearest;
-use crate::integrator::{Tracer, Trouble};
+use crate::integrator::Tracer;
 use crate::prepare::Prepared;
+use crate::refraction::shown_thickness_nm;
 use crate::sampler::PixelSampler;
+use crate::trouble::{Trouble, complaint};
 
 /// Renders a scene. Deterministic: the same scene, options and SIMD level give the same bytes for any `threads`.
 ///
@@ -125,7 +127,7 @@ fn draw_row<S: Simd>(
             match tracer.take_xyz(simd) {
                 Ok(sum) => break sum,
                 Err(Trouble::NeedsLevel(finer)) => level = finer,
-                Err(trouble) => return Err(scene.complaint(trouble)),
+                Err(trouble) => return Err(complaint(scene, trouble)),
             }
         };
         let column = x as usize;
@@ -136,7 +138,7 @@ fn draw_row<S: Simd>(
         let centre = scene.camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
         if let Some(hit) = nearest(&scene.shapes, &centre, None) {
             row.depth[column] = hit.distance as f32;
-            if let Some(thickness_nm) = scene.materials[hit.object].thickness_nm(hit.point) {
+            if let Some(thickness_nm) = shown_thickness_nm(scene, centre, hit) {
                 row.thickness_nm[column] = thickness_nm as f32;
             }
             for (out, value) in row.normal[3 * column..].iter_mut().zip([hit.normal.x, hit.normal.y, hit.normal.z]) {

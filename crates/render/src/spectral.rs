@@ -8,15 +8,12 @@
 
 use iridesce_optics::color::{Illuminant, Observer};
 
-use crate::lanes::{Lanes, blocks};
+use crate::lanes::{LANES, Lanes, blocks};
 
 /// Vacuum wavelengths outside which the observers are zero, nm.
 pub const FROM_NM: f64 = 360.0;
 /// The other end, nm.
 pub const TO_NM: f64 = 830.0;
-
-/// Nodes come in multiples of the widest vector, so that kernels need no remainder loop.
-pub const LANES: usize = 16;
 
 /// Largest number of nodes: films beyond about 0.5 mm have fringes that no eye and no lamp resolves.
 pub const MAX_NODES: usize = 1 << 14;

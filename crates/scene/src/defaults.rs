@@ -41,6 +41,8 @@ pub const ILLUMINANT: &str = "D65";
 pub const APERTURE_RADIUS: f64 = 0.0;
 
 pub const SWIRLS_SEED: u64 = 1;
+/// Seed of a film that flows.
+pub const FLOW_SEED: u64 = 1;
 
 pub const ROTATION_DEG: f64 = 0.0;
 pub const RADIANCE: f64 = 1.0;

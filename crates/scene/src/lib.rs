@@ -5,7 +5,9 @@
 //! ```
 
 mod builtin;
+mod context;
 mod defaults;
+mod disk;
 mod edit;
 mod error;
 mod field;

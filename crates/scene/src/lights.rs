@@ -3,8 +3,10 @@
 use iridesce_optics::color::{Illuminant, illuminant_names};
 
 use crate::defaults;
+use crate::disk::read_whole;
 use crate::error::SceneError;
-use crate::files::{MAX_RADIANCE, Maps, read_whole};
+use crate::files::Maps;
+use crate::map::MAX_RADIANCE;
 use crate::model::{Environment, EnvironmentSource, Light, Origin};
 use crate::reader::{Table, suggestion};
 use crate::sky::sky;

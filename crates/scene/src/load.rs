@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use crate::disk::read_whole;
 use crate::error::SceneError;
-use crate::files::{Maps, read_whole};
+use crate::files::Maps;
 use crate::model::{Origin, Scene};
 use crate::tree::Node;
 use crate::validate::build;

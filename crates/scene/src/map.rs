@@ -5,8 +5,20 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, Layer, ReadChannels, ReadLayers};
 
-use crate::files::MAX_RADIANCE;
-use crate::model::EnvironmentMap;
+/// Largest radiance, as a factor and in a map: their product, summed over any number of samples and wavelengths, stays
+/// within the range of the renderer's single precision (1e38).
+pub const MAX_RADIANCE: f64 = 1e12;
+
+/// A latitude-longitude map, linear Rec.709; first row +y, middle column -z, columns grow towards +x.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnvironmentMap {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Row after row, three floats a texel.
+    pub rgb: Vec<f32>,
+}
 
 /// Most texels: 16384 x 8192, 1.5 GiB of floats.
 const MAX_TEXELS: u64 = 1 << 27;

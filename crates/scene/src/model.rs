@@ -1,13 +1,14 @@
 //! A validated scene: every default filled in, every medium, illuminant and map resolved.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use iridesce_optics::Medium;
 use iridesce_optics::color::Illuminant;
 pub use iridesce_thickness::ThicknessModel;
 
+pub use crate::disk::Origin;
 pub use crate::field::ThicknessField;
+pub use crate::map::EnvironmentMap;
 
 use crate::files::Maps;
 use crate::tree::Node;
@@ -272,17 +273,6 @@ pub struct Sun {
     pub radiance: f64,
 }
 
-/// A latitude-longitude map, linear Rec.709; first row +y, middle column -z, columns grow towards +x.
-#[derive(Debug, Clone, PartialEq)]
-pub struct EnvironmentMap {
-    /// Columns.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-    /// Row after row, three floats a texel.
-    pub rgb: Vec<f32>,
-}
-
 /// A validated, resolved scene.
 #[derive(Debug, Clone)]
 pub struct Scene {
@@ -302,15 +292,4 @@ pub struct Scene {
     pub(crate) origin: Origin,
     /// The maps it has read.
     pub(crate) maps: Maps,
-}
-
-/// Where a scene came from: what its paths are relative to.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Origin {
-    /// The file, for messages.
-    pub file: Option<PathBuf>,
-    /// The folder that paths start from and may not leave; `None` is the current folder.
-    pub folder: Option<PathBuf>,
-    /// The user said that paths may leave the folder.
-    pub allow_outside: bool,
 }

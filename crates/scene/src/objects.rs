@@ -1,9 +1,9 @@
 //! Objects: their names and shapes.
 
+use crate::context::Context;
 use crate::defaults;
 use crate::error::SceneError;
-use crate::files::Maps;
-use crate::model::{Object, Origin, Shape, Unit};
+use crate::model::{Object, Shape};
 use crate::reader::Table;
 use crate::shape::{cross, length, scaled};
 use crate::surfaces::surface;
@@ -11,16 +11,6 @@ use crate::tree::{Node, Value};
 
 /// Sine of the smallest angle between the edges of a rectangle.
 const PARALLEL: f64 = 1e-6;
-
-/// What an object is read with.
-pub struct Context<'a> {
-    /// What 1.0 means.
-    pub unit: Unit,
-    /// What paths are relative to.
-    pub origin: &'a Origin,
-    /// Files that are read already.
-    pub maps: &'a mut Maps,
-}
 
 /// The object at `number`, and its tree with every default.
 pub fn object(node: &Node, number: usize, context: &mut Context<'_>) -> Result<(Object, Node), SceneError> {

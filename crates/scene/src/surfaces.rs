@@ -1,11 +1,11 @@
 //! Surfaces: what objects are made of.
 
+use crate::context::Context;
 use crate::defaults;
 use crate::error::SceneError;
 use crate::lights::{illuminant, radiance};
 use crate::medium::{medium, medium_or};
 use crate::model::{Coating, CoatingLayer, Emitter, Film, Shape, Surface, ThicknessField};
-use crate::objects::Context;
 use crate::reader::{Table, as_number};
 use crate::thickness::{MAX_THICKNESS_NM, thickness};
 use crate::tree::{Node, Value};

@@ -1,10 +1,11 @@
 //! Thicknesses: a number or a model.
 
+use iridesce_thickness::flow::{FlowError, MOST_SECONDS};
 use iridesce_thickness::{ThicknessError, ThicknessModel};
 
+use crate::context::Context;
 use crate::defaults;
 use crate::error::SceneError;
-use crate::objects::Context;
 use crate::reader::{Table, as_number};
 use crate::tree::{Node, Value};
 
@@ -38,10 +39,10 @@ pub fn thickness(
     if !matches!(node.value, Value::Table(_)) {
         return Err(wrong(format!("must be a number or a thickness model, got {}", node.describe())));
     }
-    const KINDS: [&str; 5] = ["gradient", "wedge", "lens_gap", "map", "swirls"];
+    const KINDS: [&str; 6] = ["gradient", "wedge", "lens_gap", "map", "swirls", "flow"];
     // The range of a map stands beside it.
-    let keys = ["gradient", "wedge", "lens_gap", "map", "swirls", "min_nm", "max_nm"];
-    let table = Table::new(node, path, &keys, &["flow"])?;
+    let keys = ["gradient", "wedge", "lens_gap", "map", "swirls", "flow", "min_nm", "max_nm"];
+    let table = Table::new(node, path, &keys, &[])?;
     let (kind, inner) = table.one_of(&KINDS)?;
     if kind == "map" {
         return map(&table, context);
@@ -56,6 +57,7 @@ pub fn thickness(
         "gradient" => gradient(inner, path)?,
         "wedge" => wedge(inner, path)?,
         "swirls" => swirls(inner, path)?,
+        "flow" => flow(inner, path)?,
         _ => lens_gap(inner, path)?,
     };
     Ok((model, Node::table([(kind, tree)])))
@@ -112,6 +114,25 @@ fn swirls(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneErro
     let tree = Node::table([
         ("min_nm", Node::number(min_nm)),
         ("max_nm", Node::number(max_nm)),
+        ("seed", Value::Int(seed.into()).into()),
+    ]);
+    Ok((ThicknessModel::Map(map), tree))
+}
+
+/// A film that has flowed for some seconds; the run is made here.
+fn flow(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneError> {
+    let table = Table::new(node, path, &["preset", "time_s", "seed"], &[])?;
+    let preset = table.needed_text("preset")?;
+    let rule = format!("a time in s, from 0 to {MOST_SECONDS}");
+    let time_s = table.needed_number("time_s", &rule, |v| (0.0..=MOST_SECONDS).contains(&v))?;
+    let seed = table.whole("seed", defaults::FLOW_SEED, 0, u64::MAX)?;
+    let map = iridesce_thickness::flow::field(preset, time_s, seed).map_err(|e| match e {
+        FlowError::Parameter(e) => at_key(&table, node, e),
+        other => SceneError::new(other.to_string()).at(table.path("preset"), node.line),
+    })?;
+    let tree = Node::table([
+        ("preset", Node::text(preset)),
+        ("time_s", Node::number(time_s)),
         ("seed", Value::Int(seed.into()).into()),
     ]);
     Ok((ThicknessModel::Map(map), tree))

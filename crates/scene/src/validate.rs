@@ -4,12 +4,13 @@ use std::collections::HashSet;
 
 use iridesce_optics::{Complex64, Medium};
 
+use crate::context::Context;
 use crate::defaults;
 use crate::error::SceneError;
 use crate::files::Maps;
 use crate::lights::light;
 use crate::model::{Camera, Lens, Object, Origin, Projection, RenderSettings, Scene, Surface, Unit};
-use crate::objects::{Context, object};
+use crate::objects::object;
 use crate::reader::{Table, as_number};
 use crate::shape::{cross, difference, length};
 use crate::tree::{Node, Value};

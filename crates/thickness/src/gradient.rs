@@ -1,6 +1,6 @@
 //! A power law in height: what drains.
 
-use crate::model::{ThicknessError, check_nm};
+use crate::error::{ThicknessError, check_nm};
 
 /// `bottom + (top - bottom) s^exponent`, s the relative height over the object's own bounding box.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,6 @@
 //! The gap between a plate and a sphere that rests on it: Newton's rings.
 
-use crate::model::{ThicknessError, check_nm};
+use crate::error::{ThicknessError, check_nm};
 
 /// Nanometres in a millimetre.
 const NM_PER_MM: f64 = 1e6;

@@ -1,5 +1,7 @@
 //! How thick a film is, where. Lengths and grids only, no light.
 
+mod error;
+pub mod flow;
 mod gradient;
 mod lens_gap;
 mod map;
@@ -7,9 +9,10 @@ mod model;
 mod swirls;
 mod wedge;
 
+pub use error::ThicknessError;
 pub use gradient::Gradient;
 pub use lens_gap::LensGap;
 pub use map::ThicknessMap;
-pub use model::{ThicknessError, ThicknessModel};
+pub use model::ThicknessModel;
 pub use swirls::swirls;
 pub use wedge::Wedge;

@@ -1,6 +1,7 @@
 //! A grid of thicknesses, which every model can give.
 
-use crate::model::{ThicknessError, ThicknessModel, check_nm};
+use crate::error::{ThicknessError, check_nm};
+use crate::model::ThicknessModel;
 
 /// Most cells of a grid: 8 GiB.
 const MAX_CELLS: usize = 1 << 30;

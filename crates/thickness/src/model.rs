@@ -2,20 +2,11 @@
 
 use std::sync::Arc;
 
+use crate::error::{ThicknessError, check_nm};
 use crate::gradient::Gradient;
 use crate::lens_gap::LensGap;
 use crate::map::ThicknessMap;
 use crate::wedge::Wedge;
-
-/// What can be wrong with a thickness model; `key` is the parameter at fault.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{key} {message}")]
-pub struct ThicknessError {
-    /// The parameter at fault, e.g. `top`.
-    pub key: &'static str,
-    /// What was given and what is allowed.
-    pub message: String,
-}
 
 /// A film's thickness over an object.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,14 +24,6 @@ pub enum ThicknessModel {
     LensGap(LensGap),
     /// A grid laid over the object by its u and v.
     Map(Arc<ThicknessMap>),
-}
-
-/// A thickness in nm that a film can have.
-pub(crate) fn check_nm(key: &'static str, value: f64) -> Result<(), ThicknessError> {
-    if value.is_finite() && value >= 0.0 {
-        return Ok(());
-    }
-    Err(ThicknessError { key, message: format!("must be a finite thickness in nm, >= 0, got {value:?}") })
 }
 
 impl ThicknessModel {

@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
+use crate::error::{ThicknessError, check_nm};
 use crate::map::ThicknessMap;
-use crate::model::{ThicknessError, check_nm};
 
 /// Cells each way: bilinear between them errs by less than a thousandth of the range.
 const SIDE: usize = 512;

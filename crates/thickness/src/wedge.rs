@@ -1,6 +1,6 @@
 //! A wedge: thickness linear along a direction.
 
-use crate::model::{ThicknessError, check_nm};
+use crate::error::{ThicknessError, check_nm};
 
 /// A thickness that grows linearly from one point to another and stays what it is beyond them.
 #[derive(Debug, Clone, Copy, PartialEq)]

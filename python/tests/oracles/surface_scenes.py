@@ -46,6 +46,11 @@ def dielectric(medium: Any) -> Thing:
     return {"dielectric": {"medium": medium}}
 
 
+def metal(medium: Any) -> Thing:
+    """The bare surface of a medium that light does not get through."""
+    return {"metal": {"medium": medium}}
+
+
 def film(medium: Any, thickness_nm: Any, outside: Any = "air") -> Thing:
     """A free film."""
     return {"film": {"medium": medium, "thickness_nm": thickness_nm, "outside": outside}}

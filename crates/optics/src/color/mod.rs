@@ -9,6 +9,7 @@ mod dias;
 mod difference;
 pub mod gamut;
 mod illuminant;
+mod jacobian;
 mod matrix;
 mod observer;
 mod request;

@@ -247,6 +247,11 @@ fn srgb_encode(v: f64) -> f64 {
     if v <= 0.0031308 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
 
+/// Derivative of [`srgb_encode`].
+pub(super) fn srgb_encode_slope(v: f64) -> f64 {
+    if v <= 0.0031308 { 12.92 } else { 1.055 / 2.4 * v.powf(1.0 / 2.4 - 1.0) }
+}
+
 fn srgb_decode(v: f64) -> f64 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
@@ -258,6 +263,11 @@ const REC2020_BETA: f64 = 0.018_053_968_510_807;
 
 fn rec2020_encode(v: f64) -> f64 {
     if v < REC2020_BETA { 4.5 * v } else { REC2020_ALPHA * v.powf(0.45) - (REC2020_ALPHA - 1.0) }
+}
+
+/// Derivative of [`rec2020_encode`].
+pub(super) fn rec2020_encode_slope(v: f64) -> f64 {
+    if v < REC2020_BETA { 4.5 } else { 0.45 * REC2020_ALPHA * v.powf(0.45 - 1.0) }
 }
 
 fn rec2020_decode(v: f64) -> f64 {

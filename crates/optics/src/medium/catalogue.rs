@@ -160,6 +160,7 @@ fn build(entry: &Entry) -> Result<Medium, OpticsError> {
         Glycerol { mass_fraction, density } => mixture::mix(
             (named("water")?, (1.0 - mass_fraction) * density / WATER_DENSITY),
             (named("glycerol")?, mass_fraction * density / GLYCEROL_DENSITY),
+            mixture::Rule::LorentzLorenz,
         ),
     };
     let mut inner = Arc::into_inner(medium.0).expect("just built, held once");

@@ -3,8 +3,7 @@
 use fearless_simd::{Simd, f32x16, prelude::*};
 
 use super::{Sums, Tracer};
-use crate::lanes::Lanes;
-use crate::spectral::LANES;
+use crate::lanes::{LANES, Lanes};
 use crate::vector::Vec3;
 
 /// What of the light that a path meets outside is its own, where another way of looking finds the rest.

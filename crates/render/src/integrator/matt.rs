@@ -8,11 +8,12 @@
 use fearless_simd::{Simd, f32x16, prelude::*};
 
 use super::leaving::Share;
-use super::{FAINT, Fate, LATE_CHANCE, Path, Scattered, Sums, Target, Tracer, Trouble};
+use super::{FAINT, Fate, LATE_CHANCE, Path, Scattered, Sums, Target, Tracer};
 use crate::camera::Ray;
 use crate::geometry::{Hit, cone_direction, frame, nearest};
 use crate::prepare::Material;
 use crate::sampler::Choices;
+use crate::trouble::Trouble;
 use crate::vector::Vec3;
 
 /// After a matt hit a branch survives for certain down to this share of its luminance: its direction was a matter of

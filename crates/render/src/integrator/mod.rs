@@ -26,11 +26,11 @@ use self::leaving::{Leaving, Share};
 use crate::camera::Ray;
 use crate::film::exp2;
 use crate::geometry::{Hit, frame, nearest};
-use crate::lanes::Lanes;
+use crate::lanes::{LANES, Lanes};
 use crate::media::Within;
 use crate::prepare::{Material, Prepared, Spectra};
 use crate::sampler::Choices;
-use crate::spectral::LANES;
+use crate::trouble::Trouble;
 use crate::vector::Vec3;
 
 /// Luminance (of 1 at the camera) below which a branch survives only by chance. One such choice makes noise of at most
@@ -100,17 +100,6 @@ enum Target {
     Glow(usize, f32),
     /// Nowhere at all.
     Lost,
-}
-
-/// Why a pixel could not be finished.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Trouble {
-    /// It shows finer fringes than the spectra resolve: this level would do.
-    NeedsLevel(usize),
-    /// A ray came to an object in another medium than the one that the object lies in.
-    WrongMedium { object: usize, is_in: u8, expected: u8 },
-    /// Media nested too deeply.
-    TooDeep { object: usize },
 }
 
 /// Sums of X, Y, Z over a block's lanes.

@@ -3,12 +3,14 @@
 use fearless_simd::{Simd, f32x16, prelude::*};
 
 use super::chance::Onward;
-use super::{Fate, Path, SAME_PLANE, Scattered, Sums, Target, Tracer, Trouble};
+use super::{Fate, Path, SAME_PLANE, Scattered, Sums, Target, Tracer};
 use crate::coating::{IndexTable, LayersAt, Sequence};
 use crate::film::{Beam, Mueller, Response};
 use crate::lanes::Lanes;
 use crate::prepare::{CoatedSurface, FilmSurface};
+use crate::refraction::{bent, ratio};
 use crate::sampler::Choices;
+use crate::trouble::Trouble;
 use crate::vector::Vec3;
 
 /// Directions of one refracted path that differ by less than this over the spectrum (radians) count as one: a tenth of
@@ -397,20 +399,6 @@ impl<'a> Tracer<'a> {
         }
         (xyz, luminance)
     }
-}
-
-/// The index of the medium before a surface over that of the one beyond it.
-#[inline(always)]
-fn ratio([outer, exit]: [&IndexTable; 2], node: usize) -> f64 {
-    outer.n_at(node) / exit.n_at(node)
-}
-
-/// Snell's law at a node; `None` beyond the critical angle.
-#[inline(always)]
-fn bent(direction: Vec3, facing: Vec3, cos_theta: f64, media: [&IndexTable; 2], node: usize) -> Option<Vec3> {
-    let ratio = ratio(media, node);
-    let cosine2 = 1.0 - ratio * ratio * (1.0 - cos_theta * cos_theta).max(0.0);
-    (cosine2 > 0.0).then(|| (direction * ratio + facing * (ratio * cos_theta - cosine2.sqrt())).normalized())
 }
 
 /// The four components of a slot.

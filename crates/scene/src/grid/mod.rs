@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use iridesce_thickness::{ThicknessError, ThicknessMap};
 
-use crate::files::read_whole;
+use crate::disk::read_whole;
 use crate::map::check_size;
 
 mod exr_file;

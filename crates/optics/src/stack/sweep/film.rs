@@ -73,18 +73,19 @@ fn evaluate<S: Simd, const PARTS: usize>(
     parts: &[[S::f64s; 3]; PARTS],
     thickness_nm: S::f64s,
 ) -> S::f64s {
-    let one = S::f64s::splat(simd, 1.0);
+    // A quarter wave that takes all reflection away cancels a against b s to rounding, on either side of zero.
+    let (zero, one) = (S::f64s::splat(simd, 0.0), S::f64s::splat(simd, 1.0));
     let sine = sin_pi(simd, within_half_turn(simd, rate, thickness_nm));
     let s = sine * sine;
     let [a, b, d] = parts[0];
     let (over, under) = (b.mul_add(s, a), d.mul_add(s, one));
     if PARTS == 1 {
-        return (over / under).min(one);
+        return (over / under).max(zero).min(one);
     }
     // One division for two ratios: the divider is the busiest unit of this loop.
     let [a, b, d] = parts[PARTS - 1];
     let (over_2, under_2) = (b.mul_add(s, a), d.mul_add(s, one));
-    (over.mul_add(under_2, over_2 * under) / (under * under_2)).min(one)
+    (over.mul_add(under_2, over_2 * under) / (under * under_2)).max(zero).min(one)
 }
 
 /// One row, all its thicknesses: lanes are thicknesses.

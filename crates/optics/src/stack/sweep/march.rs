@@ -127,6 +127,7 @@ fn load_pair<S: Simd>(simd: S, pair: &Pair, at: usize) -> Complex<S::f64s> {
 ///
 /// `layers` tells the medium of each layer, `real` of each medium whether its matrix elements are real; `FROM..UNTIL` picks the polarisations, s is 0 and p is 1.
 #[inline(always)]
+#[expect(clippy::needless_range_loop, reason = "the index also names the polarisation's elements")]
 pub(super) fn march<S: Simd, const FROM: usize, const UNTIL: usize>(
     simd: S,
     rows: &StackRows,
@@ -156,7 +157,7 @@ pub(super) fn march<S: Simd, const FROM: usize, const UNTIL: usize>(
                 }
             } else {
                 let decay = layer.loss.load(simd, at) * length;
-                log = log + decay;
+                log += decay;
                 // cosh and sinh times exp(-decay); exp - 1 keeps the digits of sinh for thin layers.
                 let sinh = exp_m1(simd, decay * -2.0).0 * -0.5;
                 let cosh = one - sinh;
@@ -195,7 +196,7 @@ pub(super) fn march<S: Simd, const FROM: usize, const UNTIL: usize>(
             // One division for two ratios; their product stays within range where both do.
             let (other, other_all) = parts[UNTIL - 1];
             share = share.mul_add(other_all, other * all) * 0.5;
-            all = all * other_all;
+            all *= other_all;
         }
         let value = match power {
             Power::Reflectance => (share / all).min(one),

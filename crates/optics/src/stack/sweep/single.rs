@@ -9,7 +9,7 @@ use fearless_simd::{Simd, prelude::*};
 use super::film::FilmRows;
 
 /// sin(pi x) = x P(x^2) on [-1/2, 1/2]: P through five Chebyshev nodes, relative error 4e-8.
-const SIN_PI: [f32; 5] = [3.141_592_7, -5.167_710_3, 2.550_077_4, -0.598_290_4, 0.077_655_91];
+const SIN_PI: [f32; 5] = [std::f32::consts::PI, -5.167_710_3, 2.550_077_4, -0.598_290_4, 0.077_655_91];
 /// Adding and taking away 1.5 * 2^23 rounds to the nearest integer; for arguments below 2^22.
 const ROUND: f32 = 12_582_912.0;
 /// Thicker films leave no room for the parts of the phase below.
@@ -51,7 +51,7 @@ struct Row<V, const PARTS: usize> {
 
 #[inline(always)]
 fn evaluate<S: Simd, const PARTS: usize>(simd: S, row: &Row<S::f32s, PARTS>, high: S::f32s, low: S::f32s) -> S::f32s {
-    let (one, round) = (S::f32s::splat(simd, 1.0), S::f32s::splat(simd, ROUND));
+    let [zero, one, round] = [0.0, 1.0, ROUND].map(|x| S::f32s::splat(simd, x));
     let whole = row.rate[0].mul_add(high, round) - round;
     let small = row.rate[1].mul_add(high, row.rate[0] * low);
     let x = row.rate[0].mul_sub(high, whole) + small;
@@ -64,11 +64,11 @@ fn evaluate<S: Simd, const PARTS: usize>(simd: S, row: &Row<S::f32s, PARTS>, hig
     let [a, b, d] = row.parts[0];
     let (over, under) = (b.mul_add(s, a), d.mul_add(s, one));
     if PARTS == 1 {
-        return (over / under).min(one);
+        return (over / under).max(zero).min(one);
     }
     let [a, b, d] = row.parts[PARTS - 1];
     let (over_2, under_2) = (b.mul_add(s, a), d.mul_add(s, one));
-    (over.mul_add(under_2, over_2 * under) / (under * under_2)).min(one)
+    (over.mul_add(under_2, over_2 * under) / (under * under_2)).max(zero).min(one)
 }
 
 /// One row, all its thicknesses.

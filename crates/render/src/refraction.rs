@@ -1,0 +1,56 @@
+//! Directions beyond a surface, and what stands behind clear ones.
+
+use crate::camera::Ray;
+use crate::coating::IndexTable;
+use crate::geometry::{Hit, nearest};
+use crate::prepare::{Material, Prepared};
+use crate::vector::Vec3;
+
+/// Most clear surfaces through which a film is looked for.
+const CLEAR_SURFACES: usize = 8;
+
+/// The index of the medium before a surface over that of the one beyond it.
+#[inline(always)]
+pub fn ratio([outer, exit]: [&IndexTable; 2], node: usize) -> f64 {
+    outer.n_at(node) / exit.n_at(node)
+}
+
+/// Snell's law at a node; `None` beyond the critical angle.
+#[inline(always)]
+pub fn bent(direction: Vec3, facing: Vec3, cos_theta: f64, media: [&IndexTable; 2], node: usize) -> Option<Vec3> {
+    let ratio = ratio(media, node);
+    let cosine2 = 1.0 - ratio * ratio * (1.0 - cos_theta * cos_theta).max(0.0);
+    (cosine2 > 0.0).then(|| (direction * ratio + facing * (ratio * cos_theta - cosine2.sqrt())).normalized())
+}
+
+/// The thickness in nm that a camera ray shows: of the first free film that it comes to, straight through clear surfaces;
+/// without one, of the outermost layer of the first coating.
+pub fn shown_thickness_nm(scene: &Prepared, ray: Ray, first: Hit) -> Option<f64> {
+    let spectra = &scene.levels[0];
+    let (mut ray, mut hit, mut within, mut outermost) = (ray, first, scene.within(&ray), None);
+    for _ in 0..CLEAR_SURFACES {
+        let coating = match &scene.materials[hit.object] {
+            Material::Film(film) => return Some(film.layer.thickness_nm(hit.point)),
+            Material::Coating(coating) => coating,
+            Material::Matt { .. } | Material::Emitter(_) => break,
+        };
+        outermost = outermost.or_else(|| coating.layers.first().map(|layer| layer.thickness_nm(hit.point)));
+        if coating.is_opaque {
+            break;
+        }
+        let along = ray.direction.dot(hit.normal);
+        let is_from_front = along < 0.0;
+        let Some(beyond) = (if is_from_front { within.entered(coating.substrate) } else { Some(within.left()) }) else {
+            break;
+        };
+        let facing = if is_from_front { hit.normal } else { -hit.normal };
+        let media = [within, beyond].map(|within| &spectra.media[usize::from(within.innermost())]);
+        let Some(direction) = bent(ray.direction, facing, along.abs().min(1.0), media, spectra.bands.middle) else {
+            break;
+        };
+        ray = Ray { origin: hit.point, direction };
+        let Some(next) = nearest(&scene.shapes, &ray, Some(hit.object)) else { break };
+        (hit, within) = (next, beyond);
+    }
+    outermost
+}

@@ -1,0 +1,53 @@
+//! What only rays can tell is wrong with a scene.
+
+use crate::framebuffer::RenderError;
+use crate::media::{DEEPEST, SURROUNDING};
+use crate::prepare::{Material, Prepared};
+
+/// Why a pixel could not be finished.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Trouble {
+    /// It shows finer fringes than the spectra resolve: this level would do.
+    NeedsLevel(usize),
+    /// A ray came to an object in another medium than the one that the object lies in.
+    WrongMedium { object: usize, is_in: u8, expected: u8 },
+    /// Media nested too deeply.
+    TooDeep { object: usize },
+}
+
+/// What a scene is told whose rays run into trouble.
+pub fn complaint(scene: &Prepared, trouble: Trouble) -> RenderError {
+    let medium = |number: u8| match number {
+        SURROUNDING => "air".to_owned(),
+        _ => format!("\"{}\"", scene.media.name(number)),
+    };
+    match trouble {
+        Trouble::WrongMedium { object, is_in, expected } => {
+            let name = &scene.names[object];
+            let (key, why) = match &scene.materials[object] {
+                Material::Film(_) => ("film.outside", "lies in"),
+                _ => ("", "is left from"),
+            };
+            let key = format!("object.{name}.surface{}{key}", if key.is_empty() { "" } else { "." });
+            RenderError::Scene {
+                message: format!(
+                    "{key}: a ray comes to object \"{name}\", which {why} {}, in {}; close the body that the medium fills, \
+                         or let the object lie in the medium around it",
+                    medium(expected),
+                    medium(is_in)
+                ),
+                key,
+            }
+        }
+        Trouble::TooDeep { object } => RenderError::Scene {
+            message: format!(
+                "object \"{}\": more than {DEEPEST} media lie within one another where a ray enters it",
+                scene.names[object]
+            ),
+            key: format!("object.{}", scene.names[object]),
+        },
+        Trouble::NeedsLevel(level) => {
+            RenderError::Resource(format!("spectra of level {level} are needed, which were not prepared"))
+        }
+    }
+}

@@ -1,0 +1,252 @@
+//! What happens to a film at times of its own: patches that a meniscus sends up, black spots that open.
+//!
+//! Events are numbered. The rate at which they come follows the film; event k comes when the integral of that rate
+//! reaches the sum of k exponential draws, and all else about it is drawn from its number. So neither the length of a
+//! step nor a checkpoint changes what is drawn.
+
+use super::chance::{Draws, Purpose};
+use super::grid::{Grid, Shape};
+use super::parameters::Parameters;
+
+/// A sequence of events and how far it has come.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Clock {
+    /// Integral of the rate so far.
+    pub passed: f64,
+    /// Where the next event comes.
+    pub next: f64,
+    /// Its number.
+    pub number: u64,
+}
+
+impl Clock {
+    pub fn new(seed: u64, purpose: Purpose) -> Clock {
+        Clock { passed: 0.0, next: Draws::new(seed, purpose, 0).exponential(), number: 0 }
+    }
+
+    /// Lets `rate * dt` pass; calls `event` with the share of the step at which it comes and with its draws.
+    fn run(&mut self, seed: u64, purpose: Purpose, passing: f64, mut event: impl FnMut(f64, &mut Draws)) {
+        while passing > 0.0 && self.next <= self.passed + passing {
+            let mut draws = Draws::new(seed, purpose, self.number);
+            draws.exponential();
+            event((self.next - self.passed) / passing, &mut draws);
+            self.number += 1;
+            self.next += Draws::new(seed, purpose, self.number).exponential();
+        }
+        self.passed += passing;
+    }
+}
+
+/// A place where something grows: a patch at the meniscus, or a black spot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spot {
+    /// On the unit sphere, or x and height on the plane.
+    pub place: [f64; 3],
+    /// Final radius, m.
+    pub radius: f64,
+    /// When it began, s.
+    pub from: f64,
+    /// Thickness of a patch as a share of the film next to it; not used by black spots.
+    pub ratio: f64,
+}
+
+/// Cells within `reach` metres of a place, with their distance in m.
+pub fn near(grid: &Grid, place: [f64; 3], reach: f64, mut each: impl FnMut(usize, usize, f64)) {
+    let rows = grid.rows;
+    for row in 0..rows {
+        // Rows that are too far are left out at once; columns that are not there only where a row is long.
+        let (away, polar) = match grid.shape {
+            Shape::Plane { .. } => ((grid.height[row] - place[2]).abs(), 0.0),
+            Shape::Sphere { radius_m, .. } => {
+                let own = place[2].clamp(-1.0, 1.0).acos();
+                ((((row as f64 + 0.5) * grid.dy / radius_m) - own).abs() * radius_m, own)
+            }
+        };
+        if away > reach {
+            continue;
+        }
+        let n = grid.columns;
+        let (middle, half) = match grid.shape {
+            Shape::Plane { .. } => (place[0] / grid.width[0], reach / grid.width[0] + 1.0),
+            Shape::Sphere { radius_m, .. } => {
+                let turn = place[1].atan2(place[0]) / std::f64::consts::TAU;
+                // Chord over the smaller of the two circles, with room to spare.
+                let circle = (polar.sin() * grid.polar[row][0]).sqrt() * radius_m * std::f64::consts::TAU / n as f64;
+                (turn * n as f64, if circle > 0.0 { 1.7 * reach / circle + 1.0 } else { n as f64 })
+            }
+        };
+        let half = (half.ceil() as usize).min(n / 2);
+        let first = middle.floor() as isize - half as isize;
+        for k in 0..(2 * half).clamp(1, n) {
+            let column = (first + k as isize).rem_euclid(n as isize) as usize;
+            let cell = grid.place(row, column);
+            let d = match grid.shape {
+                Shape::Plane { width_m, .. } => {
+                    let x = (cell[0] - place[0]).abs();
+                    x.min(width_m - x).hypot(cell[2] - place[2])
+                }
+                Shape::Sphere { radius_m, .. } => {
+                    let chord = (0..3).map(|k| (cell[k] - place[k]).powi(2)).sum::<f64>().sqrt();
+                    2.0 * radius_m * (chord / 2.0).min(1.0).asin()
+                }
+            };
+            if d <= reach {
+                each(row, column, d);
+            }
+        }
+    }
+}
+
+/// Where the meniscus touches the film, as a row that may lie between two; the length around it, m.
+fn rim(grid: &Grid, p: &Parameters) -> (f64, f64) {
+    let around = std::f64::consts::TAU;
+    match grid.shape {
+        Shape::Plane { width_m, .. } => (grid.rows as f64, width_m),
+        Shape::Sphere { radius_m, rim_deg } if rim_deg < 180.0 => {
+            (grid.rows as f64, around * radius_m * rim_deg.to_radians().sin())
+        }
+        Shape::Sphere { radius_m, .. } => {
+            (grid.rows as f64 - p.drop_m / grid.dy, around * radius_m * (p.drop_m / radius_m).sin())
+        }
+    }
+}
+
+/// Marginal regeneration: the meniscus swallows thick film and gives the same area of thinner film back. Returns what
+/// it swallowed, m3.
+pub fn regenerate(
+    grid: &Grid,
+    p: &Parameters,
+    clock: &mut Clock,
+    patches: &mut Vec<Spot>,
+    h: &mut [f64],
+    time: f64,
+    dt: f64,
+) -> f64 {
+    if !p.patches() {
+        return 0.0;
+    }
+    let n = grid.columns;
+    let (rim, length) = rim(grid, p);
+    let band = 1.5 * p.patch_m / grid.dy;
+    let (first, last) = ((rim - band).max(0.0) as usize, (rim as usize).min(grid.rows));
+    let first = first.min(last - 1);
+    // Patches per metre and second at each column. A patch swallows what its shape takes of the film above the rim:
+    // the integral of (1 - r^w) / (1 - r) over it is 0.478 of a full disk, to 1 % for r from 0.8 to 0.9.
+    let area = 0.478 * std::f64::consts::PI * p.patch_m * p.patch_m;
+    let speed = p.regeneration * p.tension / p.viscosity / p.meniscus_m.powf(1.5) / (area * (1.0 - p.patch_ratio));
+    let mut sums = Vec::with_capacity(n + 1);
+    let mut sum = 0.0;
+    sums.push(0.0);
+    for j in 0..n {
+        let mean = (first..last).map(|i| h[i * n + j]).sum::<f64>() / (last - first) as f64;
+        sum += speed * mean.max(0.0).powf(1.5);
+        sums.push(sum);
+    }
+    let passing = sum * length / n as f64 * dt;
+    clock.run(p.seed, Purpose::Patch, passing, |share, draws| {
+        let wanted = draws.share() * sum;
+        let column = sums.partition_point(|&s| s < wanted).clamp(1, n) - 1;
+        let within = ((wanted - sums[column]) / (sums[column + 1] - sums[column])).clamp(0.0, 1.0);
+        // The mean of a^2 is patch_m^2, as the rate has it.
+        let radius = p.patch_m * (0.3 * draws.normal() - 0.09).exp();
+        let radius = radius.clamp(0.4 * p.patch_m, 2.5 * p.patch_m);
+        let ratio = (p.patch_ratio + 0.05 * draws.normal()).clamp(0.5 * p.patch_ratio, 0.98);
+        let row = rim - 0.6 * radius / grid.dy;
+        let place = match grid.shape {
+            Shape::Plane { height_m, .. } => [(column as f64 + within) * grid.width[0], 0.0, height_m - row * grid.dy],
+            Shape::Sphere { radius_m, .. } => {
+                let (s, c) = (row * grid.dy / radius_m).sin_cos();
+                let (sp, cp) = ((column as f64 + within) / n as f64 * std::f64::consts::TAU).sin_cos();
+                [s * cp, s * sp, c]
+            }
+        };
+        patches.push(Spot { place, radius, from: time + share * dt, ratio });
+    });
+    let mut swallowed = 0.0;
+    for patch in patches.iter() {
+        let share = ((time + dt).min(patch.from + p.patch_s) - patch.from.max(time)) / p.patch_s;
+        let strength = share.max(0.0) * -patch.ratio.ln();
+        near(grid, patch.place, patch.radius, |row, column, d| {
+            let x = (d / patch.radius).powi(2);
+            let weight = (1.0 - x) * (1.0 - x) * (1.0 + 2.0 * x);
+            let cell = &mut h[row * n + column];
+            let thinner = *cell * (-strength * weight).exp();
+            swallowed += (*cell - thinner) * grid.area[row];
+            *cell = thinner;
+        });
+    }
+    patches.retain(|patch| patch.from + p.patch_s > time + dt);
+    swallowed
+}
+
+/// Black spots open at random places of thin film and widen; what they lose gathers in a rim around them, as in the
+/// film itself. Returns what found no room there, m3.
+pub fn open_spots(
+    grid: &Grid,
+    p: &Parameters,
+    clock: &mut Clock,
+    spots: &mut Vec<Spot>,
+    h: &mut [f64],
+    time: f64,
+    dt: f64,
+) -> f64 {
+    if p.spots == 0.0 {
+        return 0.0;
+    }
+    let n = grid.columns;
+    let thin = |i: usize, j: usize, h: &[f64]| h[i * n + j] < p.spot_below_m && h[i * n + j] > p.black_below_m;
+    let rows: Vec<f64> =
+        (0..grid.rows).map(|i| (0..n).filter(|&j| thin(i, j, h)).count() as f64 * grid.area[i]).collect();
+    let total: f64 = rows.iter().sum();
+    clock.run(p.seed, Purpose::Spot, p.spots * total * dt, |share, draws| {
+        let mut wanted = draws.share() * total;
+        let (mut row, mut column) = (0, 0);
+        'search: for (i, all) in rows.iter().enumerate() {
+            if wanted > *all {
+                wanted -= all;
+                continue;
+            }
+            for j in 0..n {
+                if thin(i, j, h) {
+                    (row, column) = (i, j);
+                    wanted -= grid.area[i];
+                    if wanted <= 0.0 {
+                        break 'search;
+                    }
+                }
+            }
+            break;
+        }
+        let radius = (p.spot_m * (0.4 * draws.normal()).exp()).clamp(0.3 * p.spot_m, 3.0 * p.spot_m);
+        spots.push(Spot { place: grid.place(row, column), radius, from: time + share * dt, ratio: 0.0 });
+    });
+    let mut lost = 0.0;
+    for spot in spots.iter() {
+        let radius = (p.spot_speed * (time + dt - spot.from)).min(spot.radius);
+        // A rim as wide as the spot's own radius, two cells at least.
+        let outer = 2.0 * radius + 2.0 * grid.dy;
+        let (mut freed, mut room) = (0.0, 0.0);
+        near(grid, spot.place, outer, |row, column, d| {
+            let cell = &mut h[row * n + column];
+            if d <= radius && *cell > p.black_m {
+                freed += (*cell - p.black_m) * grid.area[row];
+                *cell = p.black_m;
+            } else if d > radius && *cell > p.black_below_m {
+                room += grid.area[row];
+            }
+        });
+        if room > 0.0 {
+            near(grid, spot.place, outer, |row, column, d| {
+                let cell = &mut h[row * n + column];
+                if d > radius && *cell > p.black_below_m {
+                    *cell += freed / room;
+                }
+            });
+        } else {
+            lost += freed;
+        }
+    }
+    let life = |spot: &Spot| spot.from + spot.radius / p.spot_speed;
+    spots.retain(|spot| life(spot) > time + dt);
+    lost
+}

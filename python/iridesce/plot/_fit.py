@@ -1,0 +1,87 @@
+"""A measured spectrum with the curves of its solutions. Internal; `FitResult.plot` calls it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from iridesce.plot._style import begin, heading, legend
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from iridesce.fit import FitResult, Solution
+
+_MOST_CURVES = 5
+_DASHES = ("solid", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)), (0, (3, 1, 1, 1)))
+
+
+def plot(result: FitResult, ax: Axes | None, title: str | None, theme: str | None) -> Axes:
+    """Points, curves, and under the title what was found."""
+    ax, look = begin(ax, theme, (7.6, 4.6))
+    nm, values = result.wavelength_nm, result.measured
+    size = float(np.clip(1800.0 / nm.size, 1.2, 3.5))
+    label = f"measured, {nm.size} points" if len(result) <= 3 else "measured"
+    ax.plot(
+        nm,
+        values,
+        linestyle="none",
+        marker="o",
+        markersize=size,
+        markeredgewidth=0.0,
+        color=look.muted,
+        alpha=0.55,
+        zorder=2,
+        label=label,
+        gid="measured",
+    )
+    for place, solution in enumerate(result.solutions[:_MOST_CURVES]):
+        several = len(result) > 1
+        ax.plot(
+            nm,
+            solution.fitted,
+            color=look.series[place % len(look.series)],
+            linestyle=_DASHES[place],
+            linewidth=1.9 if place == 0 else 1.4,
+            zorder=5 - place * 0.1,
+            label=_words(solution) + (f", weight {solution.weight:.2g}" if several else ""),
+            gid="fitted",
+        )
+    ax.set_xlim(nm[0], nm[-1])
+    low, high = float(values.min()), float(values.max())
+    air = 0.08 * (high - low)
+    ax.set_ylim(low - air, high + air * (3.5 if len(result) > 2 else 2.5))
+    ax.set_xlabel("vacuum wavelength (nm)")
+    ax.set_ylabel("measured" if not 0.0 <= low <= high <= 1.0 else "measured (ratio)")
+    ax.grid(axis="y", color=look.faint, linewidth=0.7, zorder=0)
+    ax.set_axisbelow(True)
+    legend(ax, look)
+    best = result.solutions[0]
+    more = len(result) - 1
+    words = f"{_interval(best)}" + (
+        f"; {more} more plausible solution{'s' if more > 1 else ''}" if more else "; no other thickness is plausible"
+    )
+    heading(ax, look, title, result.stack, words)
+    return ax
+
+
+def _pairs(solution: Solution) -> list[tuple[float, tuple[float, float]]]:
+    if isinstance(solution.thickness_nm, float):
+        return [(solution.thickness_nm, solution.interval_nm)]
+    return list(zip(solution.thickness_nm, solution.interval_nm, strict=True))
+
+
+def _words(solution: Solution) -> str:
+    return " + ".join(f"{value:.{_digits(high - low)}f} nm" for value, (low, high) in _pairs(solution))
+
+
+def _interval(solution: Solution) -> str:
+    return ", ".join(
+        f"{low:.{_digits(high - low)}f} to {high:.{_digits(high - low)}f} nm" for _, (low, high) in _pairs(solution)
+    )
+
+
+def _digits(width: float) -> int:
+    """As many digits as the interval is worth."""
+    return 0 if width > 20.0 else 1 if width > 0.5 or width == 0.0 else 2

@@ -1,0 +1,212 @@
+"""Films that flow, as users meet them: frames, scenes, the verb; the laws are tested in Rust (``docs/living-films.md``)."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import iridesce as ir
+from iridesce.thickness import ThicknessMap, flow, presets, simulate
+
+# A bare film is coarse and quick; patches would want a finer grid.
+QUICK: dict[str, Any] = {"columns": 64, "regeneration": 0.0}
+
+
+def test_frames_come_at_their_times() -> None:
+    film = simulate("bubble-on-bath", time_s=0.1, frames_per_second=30, **QUICK)
+    frames = list(film)
+    assert [frame.time_s for frame in frames] == [0.0, 1 / 30, 2 / 30, 0.1]
+    assert all(frame.thickness_nm.shape == (16, 64) and frame.thickness_nm.dtype == np.float64 for frame in frames)
+    edges = np.cos(np.linspace(0.0, np.pi / 2, 17))
+    mean = np.average(frames[0].thickness_nm.mean(axis=1), weights=edges[:-1] - edges[1:])
+    assert mean == pytest.approx(450.0, rel=1e-12)
+    assert not np.array_equal(frames[0].thickness_nm, frames[-1].thickness_nm)
+    assert film.facts["step"] == 21  # seven steps of at most 5 ms in each thirtieth of a second
+
+
+def test_seeds_and_repeats() -> None:
+    def last(seed: int) -> Any:
+        return list(simulate("free-bubble", time_s=0.05, frames_per_second=20, seed=seed, **QUICK))[-1].thickness_nm
+
+    assert np.array_equal(last(3), last(3))
+    assert not np.array_equal(last(3), last(4))
+
+
+def test_a_checkpoint_goes_on_to_the_same_bytes() -> None:
+    straight = simulate("late", time_s=0.2, frames_per_second=20, **QUICK)
+    frames = list(straight)
+    stopped = simulate("late", time_s=0.1, frames_per_second=20, **QUICK)
+    list(stopped)
+    resumed = simulate("late", time_s=0.2, frames_per_second=20, checkpoint=stopped.checkpoint(), **QUICK)
+    rest = list(resumed)
+    assert [frame.time_s for frame in rest] == [frame.time_s for frame in frames[3:]]
+    assert np.array_equal(rest[-1].thickness_nm, frames[-1].thickness_nm)
+    assert resumed.checkpoint() == straight.checkpoint()
+
+
+def test_liquid_is_booked() -> None:
+    film = simulate("late", time_s=0.5, frames_per_second=4, columns=192, patch_m=4e-3, regeneration=0.5)
+    list(film)
+    facts = film.facts
+    ways = [facts[f"{way}_m3"] for way in ("evaporated", "swallowed", "blackened", "drained")]
+    assert all(way is not None and way > 0.0 for way in ways)
+    total = sum(way or 0.0 for way in ways) + (facts["volume_m3"] or 0.0)
+    assert abs(total / (facts["start_m3"] or 1.0) - 1.0) < 1e-12
+
+
+def test_parameters_are_what_was_asked() -> None:
+    film = simulate("bubble-on-bath", radius_m=0.03, viscosity_pa_s=2e-3, humidity=0.5)
+    assert film.parameters["radius_m"] == 0.03
+    assert film.parameters["viscosity_pa_s"] == 2e-3
+    # Vapour diffuses from the outer face: D c (1 - RH) / (rho R).
+    assert film.parameters["evaporation_nm_s"] == pytest.approx(2.5e-5 * 17.3e-3 * 0.5 / (1000 * 0.03) * 1e9)
+    for name in presets():
+        assert simulate(name).parameters["thickness_nm"] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "part"),
+    [
+        ({"viscosity_pa_s": -1.0}, "viscosity_pa_s must be a finite number > 0, got -1.0"),
+        ({"radius_m": 0.0}, "radius_m must be a finite number > 0"),
+        ({"radius_m": float("nan")}, "radius_m must be"),
+        ({"viscosity": 1.0}, "viscosity_pa_s"),
+        ({"columns": 64}, "columns must be at least 316"),
+        ({"columns": 401}, "even"),
+        ({"columns": 0}, "columns must be a whole number"),
+        ({"columns": 16384}, "cells"),
+        ({"seed": -1}, "seed must be"),
+        ({"seed": True}, "seed must be"),
+        ({"time_s": -1.0}, "time_s"),
+        ({"time_s": "4"}, "time_s must be a number"),
+        ({"frames_per_second": 0.0}, "frames_per_second"),
+        ({"humidity": 1.5}, "humidity"),
+        ({"checkpoint": b"no"}, "checkpoint is not one of iridesce"),
+        ({"checkpoint": "no"}, "checkpoint must be bytes"),
+        ({"black_nm": 100.0}, "black_nm must not exceed"),
+    ],
+)
+def test_impossible_films_are_refused(changes: dict[str, Any], part: str) -> None:
+    with pytest.raises(ValueError, match=part):
+        simulate("bubble-on-bath", **changes)
+
+
+def test_unknown_presets_name_the_known() -> None:
+    for refused in (lambda: simulate("soup"), lambda: flow("soup", 1.0)):
+        with pytest.raises(ValueError, match="bubble-on-bath"):
+            refused()
+
+
+def test_checkpoints_of_other_runs_are_refused() -> None:
+    film = simulate("late", time_s=0.05, frames_per_second=20, **QUICK)
+    list(film)
+    content = film.checkpoint()
+    with pytest.raises(ValueError, match=r"viscosity_pa_s 0\.0015, not viscosity_pa_s 0\.002"):
+        simulate("late", checkpoint=content, viscosity_pa_s=2e-3, **QUICK)
+    with pytest.raises(ValueError, match="seed 1, not seed 2"):
+        simulate("late", checkpoint=content, seed=2, **QUICK)
+    with pytest.raises(ValueError, match="between two frames"):
+        simulate("late", checkpoint=content, frames_per_second=30, **QUICK)
+    for damaged in (content[:-1], content[: len(content) // 2], content[:100] + b"\xff" + content[101:]):
+        with pytest.raises(ValueError, match="cut short or damaged"):
+            simulate("late", checkpoint=damaged, **QUICK)
+
+
+def test_scenes_take_films_that_flow() -> None:
+    bubble = ir.Scene.load("soap-bubble")
+    key = "object.bubble.surface.film.thickness_nm"
+    scene = bubble.with_value(key, {"flow": {"preset": "free-bubble", "time_s": 0.02}})
+    written = scene.to_dict()["object"][0]["surface"]["film"]["thickness_nm"]
+    assert written == {"flow": {"preset": "free-bubble", "time_s": 0.02, "seed": 1}}
+    assert bubble.with_value(key, flow("free-bubble", 0.02)).to_dict() == scene.to_dict()
+    image = ir.render(scene, samples=1, size=(24, 24))
+    seen = image.channels["thickness_nm"]
+    expected = flow("free-bubble", 0.02).map(384, 192).thickness_nm
+    assert np.nanmin(seen) > expected.min() - 1.0 and np.nanmax(seen) < expected.max() + 1.0
+    assert np.nanstd(seen) > 20.0
+    for bad, part in [
+        ({"preset": "soup", "time_s": 1.0}, "preset must be one of"),
+        ({"preset": "late"}, "time_s"),
+        ({"preset": "late", "time_s": -1.0}, "time_s"),
+        ({"preset": "late", "time_s": 1.0, "sed": 1}, "seed"),
+    ]:
+        with pytest.raises(ir.SceneError, match=part):
+            bubble.with_value(key, {"flow": bad})
+
+
+def iridesce(*words: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "iridesce", *words]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=300)
+
+
+WORDS = ("flow", "late", "--fps", "20", "--columns", "64", "--set", "regeneration=0.0")
+
+
+def test_the_verb_writes_frames_and_goes_on(tmp_path: Path) -> None:
+    straight = iridesce(*WORDS, "--time", "0.2", "-o", "one", folder=tmp_path)
+    assert straight.returncode == 0, straight.stderr
+    assert sorted(path.name for path in (tmp_path / "one").glob("frame_*")) == [f"frame_{k:05d}.tif" for k in range(5)]
+    first = ThicknessMap.load(tmp_path / "one" / "frame_00000.tif")
+    assert (first.width, first.height) == (64, 32)
+    assert 200.0 < first.thickness_nm.mean() < 300.0
+    assert iridesce(*WORDS, "--time", "0.1", "-o", "two", folder=tmp_path).returncode == 0
+    again = iridesce(*WORDS, "--time", "0.2", "-o", "two", folder=tmp_path)
+    assert again.returncode == 3 and "--resume" in again.stderr
+    resumed = iridesce(*WORDS, "--time", "0.2", "-o", "two", "--resume", "--json", folder=tmp_path)
+    assert resumed.returncode == 0, resumed.stderr
+    assert [Path(name).name for name in json.loads(resumed.stdout)["files"]] == ["frame_00003.tif", "frame_00004.tif"]
+    for path in (tmp_path / "one").iterdir():
+        assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes(), path.name
+
+
+def test_the_verb_refuses_what_cannot_be(tmp_path: Path) -> None:
+    assert iridesce(*WORDS, "--time", "0.05", "-o", "run", folder=tmp_path).returncode == 0
+    for words, code, part in [
+        (("flow", "late", "--time", "1", "-o", "run", "--resume"), 3, "fps 20.0, not 30.0"),
+        (("flow", "late", "--time", "1", "-o", "none", "--resume"), 3, "no run to resume"),
+        (("flow", "soup", "--time", "1", "-o", "soup"), 3, "preset must be one of"),
+        (("flow", "late", "--time", "1"), 2, "-o"),
+        (("flow", "late", "--set", "viscosity_pa_s=-1", "-o", "thin"), 3, "viscosity_pa_s"),
+        (("flow", "late", "--set", "viscosity_pa_s=x", "-o", "thin"), 3, "viscosity_pa_s"),
+        (("flow", "late", "--format", "jpg", "-o", "jpg"), 2, "tif"),
+    ]:
+        done = iridesce(*words, folder=tmp_path)
+        assert done.returncode == code, (words, done.stderr)
+        assert part in done.stderr, done.stderr
+        assert "Traceback" not in done.stderr
+    (tmp_path / "run" / "checkpoint.irflow").write_bytes(b"rubbish")
+    broken = iridesce(*WORDS, "--time", "0.1", "-o", "run", "--resume", folder=tmp_path)
+    assert broken.returncode == 3 and "checkpoint" in broken.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["run"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_ctrl_c_leaves_whole_files_and_a_run_to_resume(tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "iridesce", "flow", "late", "--time", "60", "-o", "run"]
+    with subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
+        place = tmp_path / "run" / "checkpoint.irflow"
+        until = time.monotonic() + 60
+        while not place.exists() and time.monotonic() < until:
+            time.sleep(0.05)
+        os.kill(process.pid, signal.SIGINT)
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == 130, said
+    assert "--resume" in said and "Traceback" not in said
+    frames = sorted((tmp_path / "run").glob("frame_*.tif"))
+    assert frames and all(ThicknessMap.load(path).width == 384 for path in frames)
+    assert not list((tmp_path / "run").glob(".*"))
+
+
+def test_lists(tmp_path: Path) -> None:
+    assert iridesce("flow", "--list", folder=tmp_path).stdout.split() == presets()
+    listed = json.loads(iridesce("flow", "late", "--list", "--json", folder=tmp_path).stdout)
+    assert listed["thickness_nm"] == 260.0 and listed["surfactant_exchange_s"] == "inf"
