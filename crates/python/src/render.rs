@@ -42,7 +42,11 @@ impl Progress for Shared {
 
 /// Runs `work` on a thread of its own without the interpreter lock. The calling thread looks every 30 ms for Ctrl-C and
 /// calls `progress(done, total)` when there is news, and once at the end; an exception from either stops the work.
-pub(crate) fn beside<T: Send>(py: Python<'_>, progress: Option<Py<PyAny>>, work: impl FnOnce(&Shared) -> T + Send) -> PyResult<T> {
+pub(crate) fn beside<T: Send>(
+    py: Python<'_>,
+    progress: Option<Py<PyAny>>,
+    work: impl FnOnce(&Shared) -> T + Send,
+) -> PyResult<T> {
     let shared = Shared::default();
     let told = AtomicU64::new(0);
     let tell = |py: Python<'_>| -> PyResult<()> {

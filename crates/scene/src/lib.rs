@@ -31,6 +31,6 @@ mod validate;
 pub use builtin::{builtin_names, builtin_text};
 pub use error::SceneError;
 pub use grid::{read_thickness_map, thickness_exr};
-pub use map::open_exr;
+pub use map::check_size;
 pub use model::*;
 pub use tree::{Node, Value};

@@ -1,19 +1,28 @@
 //! Tables of numbers as OpenEXR: any planes of float32 with facts beside them, written and read back bit for bit.
 
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Cursor, Write};
 use std::path::Path;
 
-use exr::meta::attribute::AttributeValue;
-use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, Layer, Vec2, WritableImage};
-use iridesce_scene::open_exr;
+use exr::meta::MetaData;
+use exr::meta::attribute::{AttributeValue, Text};
+use exr::prelude::{
+    AnyChannel, AnyChannels, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer, Layers, ReadChannels,
+    ReadLayers, Vec2, WritableImage,
+};
+use iridesce_scene::check_size;
 
 use super::exr_file::{ENCODING, attributes, sort_attributes};
 use super::whole_file::write_whole;
 use super::{Fact, ImageError, Stop};
 
+/// A file has no more tables than this.
+const MOST_TABLES: usize = 1024;
+
 /// Named planes of one size, and facts about them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
+    /// What the part of the file is called; no two of a file are called the same.
+    pub name: String,
     /// Columns.
     pub width: usize,
     /// Rows.
@@ -24,23 +33,44 @@ pub struct Table {
     pub facts: Vec<(String, Fact)>,
 }
 
-/// Writes a table as a whole EXR file or none.
-pub fn write_table(path: &Path, table: &Table, stop: Stop<'_>) -> Result<(), ImageError> {
-    let Table { width, height, planes, facts } = table;
+/// Writes tables, a part of the file each, as a whole EXR file or none.
+pub fn write_tables(path: &Path, tables: &[Table], stop: Stop<'_>) -> Result<(), ImageError> {
     let most = i32::MAX as usize;
-    if !(1..=most).contains(width) || !(1..=most).contains(height) || planes.is_empty() {
-        return Err(ImageError::Argument(format!(
-            "a table has planes of 1 to {most} columns and rows, got {} of {width} x {height}",
-            planes.len()
-        )));
+    if !(1..=MOST_TABLES).contains(&tables.len()) {
+        return Err(ImageError::Argument(format!("a file takes 1 to {MOST_TABLES} tables, got {}", tables.len())));
     }
-    if let Some((name, values)) = planes.iter().find(|(_, values)| Some(values.len()) != width.checked_mul(*height)) {
-        return Err(ImageError::Argument(format!("{name} must hold {width} x {height} values, got {}", values.len())));
+    let mut layers = Layers::new();
+    let mut whole = Vec2(0, 0);
+    for table in tables {
+        let Table { name, width, height, planes, facts } = table;
+        if !(1..=most).contains(width) || !(1..=most).contains(height) || planes.is_empty() {
+            return Err(ImageError::Argument(format!(
+                "a table has planes of 1 to {most} columns and rows, got {} of {width} x {height}",
+                planes.len()
+            )));
+        }
+        if let Some((name, values)) = planes.iter().find(|(_, values)| Some(values.len()) != width.checked_mul(*height))
+        {
+            return Err(ImageError::Argument(format!(
+                "{name} must hold {width} x {height} values, got {}",
+                values.len()
+            )));
+        }
+        if stop() {
+            return Err(ImageError::Cancelled);
+        }
+        let channels = planes
+            .iter()
+            .map(|(name, values)| AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone())))
+            .collect();
+        let mut attributes = attributes(facts)?;
+        let words = Text::new_or_none(name);
+        let words = words.ok_or_else(|| ImageError::Argument(format!("a part's name is Latin-1, got {name:?}")))?;
+        attributes.layer_name = Some(words);
+        whole = Vec2(whole.0.max(*width), whole.1.max(*height));
+        layers.push(Layer::new(Vec2(*width, *height), attributes, ENCODING, AnyChannels::sort(channels)));
     }
-    let channels =
-        planes.iter().map(|(name, values)| AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone()))).collect();
-    let layer = Layer::new(Vec2(*width, *height), attributes(facts)?, ENCODING, AnyChannels::sort(channels));
-    let image = Image::from_layer(layer);
+    let image = Image { attributes: ImageAttributes::new(IntegerBounds::from_dimensions(whole)), layer_data: layers };
     write_whole(path, stop, |out| {
         let mut buffered = BufWriter::new(&mut *out);
         image.write().to_buffered(&mut buffered).map_err(|error| match error {
@@ -53,9 +83,36 @@ pub fn write_table(path: &Path, table: &Table, stop: Stop<'_>) -> Result<(), Ima
     })
 }
 
-/// Reads a table from the bytes of an EXR file; facts of other kinds than ours are left out.
-pub fn read_table(bytes: &[u8]) -> Result<Table, ImageError> {
-    let layer = open_exr(bytes).map_err(ImageError::Argument)?.layer_data;
+/// Reads tables from the bytes of an EXR file; facts of other kinds than ours are left out.
+pub fn read_tables(bytes: &[u8]) -> Result<Vec<Table>, ImageError> {
+    let damaged = |error: exr::error::Error| ImageError::Argument(format!("damaged or unsupported OpenEXR ({error})"));
+    // The headers first: a damaged size must not reserve memory.
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
+    if meta.headers.len() > MOST_TABLES {
+        let message = format!("it has {} parts; at most {MOST_TABLES} are read", meta.headers.len());
+        return Err(ImageError::Argument(message));
+    }
+    let mut samples = 0_usize;
+    for header in &meta.headers {
+        let (width, height, channels) = (header.layer_size.x(), header.layer_size.y(), header.channels.list.len());
+        // (All parts together are held to what one may hold.)
+        samples = samples.saturating_add(width.saturating_mul(height).saturating_mul(channels));
+        check_size(width, height, channels).map_err(ImageError::Argument)?;
+        check_size(samples, 1, 1).map_err(ImageError::Argument)?;
+    }
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(damaged)?;
+    image.layer_data.iter().map(table_of).collect()
+}
+
+fn table_of(layer: &Layer<AnyChannels<FlatSamples>>) -> Result<Table, ImageError> {
     let (width, height) = (layer.size.x(), layer.size.y());
     let mut planes = Vec::new();
     for channel in &layer.channel_data.list {
@@ -77,17 +134,19 @@ pub fn read_table(bytes: &[u8]) -> Result<Table, ImageError> {
         facts.push((name.to_string(), fact));
     }
     facts.sort_by(|a, b| a.0.cmp(&b.0));
-    Ok(Table { width, height, planes, facts })
+    let name = layer.attributes.layer_name.as_ref().map(Text::to_string).unwrap_or_default();
+    Ok(Table { name, width, height, planes, facts })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn table() -> Table {
-        let values = |k: f32| (0..12).map(|i| (i as f32 * k).sin()).collect();
+    fn table(name: &str, width: usize) -> Table {
+        let values = |k: f32| (0..3 * width).map(|i| (i as f32 * k).sin()).collect();
         Table {
-            width: 4,
+            name: name.into(),
+            width,
             height: 3,
             planes: vec![("X".into(), values(0.3)), ("slope.X".into(), values(1.7))],
             facts: vec![
@@ -99,25 +158,34 @@ mod tests {
     }
 
     #[test]
-    fn comes_back_bit_for_bit() {
+    fn come_back_bit_for_bit() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.exr");
-        write_table(&path, &table(), &|| false).unwrap();
-        let bytes = std::fs::read(&path).unwrap();
-        assert_eq!(read_table(&bytes).unwrap(), table());
-        write_table(&path, &table(), &|| false).unwrap();
-        assert_eq!(std::fs::read(&path).unwrap(), bytes);
-        for cut in [0, 7, 100, bytes.len() - 1] {
-            assert!(read_table(&bytes[..cut]).is_err(), "{cut}");
+        for tables in [vec![table("D65", 4)], vec![table("D65", 4), table("A", 7), table("laser", 2)]] {
+            write_tables(&path, &tables, &|| false).unwrap();
+            let bytes = std::fs::read(&path).unwrap();
+            assert_eq!(read_tables(&bytes).unwrap(), tables);
+            // The crate's order of attributes is another one each time.
+            for _ in 0..8 {
+                write_tables(&path, &tables, &|| false).unwrap();
+                assert_eq!(std::fs::read(&path).unwrap(), bytes);
+            }
+            for cut in [0, 7, 100, bytes.len() / 2, bytes.len() - 1] {
+                assert!(read_tables(&bytes[..cut]).is_err(), "{cut}");
+            }
         }
     }
 
     #[test]
     fn wrong_shapes_are_refused() {
         let path = Path::new("/nonexistent/x.exr");
-        let message = |table| write_table(path, &table, &|| false).unwrap_err().to_string();
-        assert!(message(Table { width: 5, ..table() }).contains("X must hold 5 x 3 values, got 12"));
-        assert!(message(Table { planes: Vec::new(), ..table() }).contains("planes"));
-        assert!(message(Table { height: 0, ..table() }).contains("rows"));
+        let good = table("D65", 4);
+        let message = |tables: &[Table]| write_tables(path, tables, &|| false).unwrap_err().to_string();
+        assert!(message(&[Table { width: 5, ..good.clone() }]).contains("X must hold 5 x 3 values, got 12"));
+        assert!(message(&[Table { planes: Vec::new(), ..good.clone() }]).contains("planes"));
+        assert!(message(&[Table { height: 0, ..good.clone() }]).contains("rows"));
+        assert!(message(&[Table { name: "\u{4e00}".into(), ..good.clone() }]).contains("Latin-1"));
+        assert!(message(&[]).contains("1 to 1024 tables"));
+        assert!(write_tables(path, std::slice::from_ref(&good), &|| true).is_err());
     }
 }
