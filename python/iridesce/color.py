@@ -422,9 +422,9 @@ def stack_color(
 
     XYZ = k sum S(lambda) R(lambda) cmf(lambda) over 360..830 nm at 1 nm, k such that the perfect reflector has Y = 1.
     Where fringes are finer than 2 n t cos(theta) step / lambda^2 = 1/4 (summed over coherent layers) the steps are
-    halved until they are not; and above 1/16 (1/64 under lamps whose spectra have spikes) until half the steps change
-    the colour by no more than CIEDE2000 0.02, since strong reflections give fringes overtones. Lines of a lamp are
-    exact at any thickness. Lab, LCh and ``adaptation`` take the light's own white.
+    halved until they are not; and above 1/16 (1/64 under lamps whose spectra have spikes, and beyond 75
+    degrees) until half the steps change the colour by no more than CIEDE2000 0.01, since strong reflections give fringes
+    overtones. Lines of a lamp are exact at any thickness. Lab, LCh and ``adaptation`` take the light's own white.
 
     stack           thicknesses of its layers broadcast                            (...,)
     angle_deg       incidence in the first medium, [0, 90)                         (...,) broadcasts

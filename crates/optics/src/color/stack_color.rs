@@ -21,14 +21,16 @@ pub const FRINGE_STEPS: f64 = 0.25;
 /// Films with more than this share of a fringe a step are summed in half steps too, to see whether that changes the colour:
 /// where layers reflect strongly (metals, grazing light) fringes have overtones, which need finer steps than fringes do.
 const CHECKED_ABOVE: f64 = 1.0 / 16.0;
-/// The same under a lamp whose spectrum has spikes: there 1 nm steps lose something on every fringe that is not broad.
-const CHECKED_ABOVE_SPIKES: f64 = 1.0 / 64.0;
+/// The same under a lamp whose spectrum has spikes, where 1 nm steps lose something on every fringe that is not broad, and
+/// where light grazes the first face (beyond 75 degrees), so that fringes are sharp.
+const CHECKED_ABOVE_SHARP: f64 = 1.0 / 64.0;
+const GRAZING_DEG: f64 = 75.0;
 /// Bends of a lamp's 1 nm table, sum |S'' cmf| / sum S cmf, above which it has spikes: 0.0004 to 0.006 for daylights, lamps
 /// that glow and LEDs, 0.012 to 0.07 for discharge lamps.
 const SPIKES: f64 = 0.01;
 /// Sums that differ by less than this (CIEDE2000) are fine enough; the error of the coarser is about the difference, since
 /// that of the finer falls with a power of it.
-const AGREE: f64 = 0.02;
+const AGREE: f64 = 0.01;
 /// The grid is halved this often at most, to 1/4096 nm: enough for 5 cm of glass.
 const HALVINGS: usize = 12;
 /// Points a task: enough to share what an angle needs, few enough for their sums to stay in the second cache.
@@ -38,8 +40,7 @@ const CHUNK: usize = 512;
 #[derive(Debug)]
 pub struct StackColor {
     request: ColorRequest,
-    /// Films with more than this share of a fringe a step are checked.
-    checked_above: f64,
+    has_spikes: bool,
     levels: [OnceLock<Result<Level, OpticsError>>; HALVINGS + 1],
 }
 
@@ -81,8 +82,8 @@ impl StackColor {
     /// Checks the request and reads all indices at the wavelengths of the sum.
     pub fn new(request: ColorRequest) -> Result<StackColor, OpticsError> {
         request.check()?;
-        let checked_above = if has_spikes(&request) { CHECKED_ABOVE_SPIKES } else { CHECKED_ABOVE };
-        let made = StackColor { request, checked_above, levels: [const { OnceLock::new() }; HALVINGS + 1] };
+        let has_spikes = has_spikes(&request);
+        let made = StackColor { request, has_spikes, levels: [const { OnceLock::new() }; HALVINGS + 1] };
         made.level(0)?;
         Ok(made)
     }
@@ -286,7 +287,9 @@ impl<'a> AtAngle<'a> {
             self.xyz(level, &rows, &mut xyz)?;
             let mut sums: Vec<Sum> = xyz.iter().map(|xyz| Sum { xyz: *xyz, white: level.weights.white }).collect();
             if request.grid.is_none() && request.model == Model::Exact {
-                let doubtful = (0..run.len()).filter(|&at| fringe(run[at]) > self.of.checked_above).collect();
+                let is_sharp = self.of.has_spikes || self.angle_deg > GRAZING_DEG;
+                let checked_above = if is_sharp { CHECKED_ABOVE_SHARP } else { CHECKED_ABOVE };
+                let doubtful = (0..run.len()).filter(|&at| fringe(run[at]) > checked_above).collect();
                 self.refine(halvings[start], doubtful, &rows, &mut sums)?;
             }
             for (&point, sum) in run.iter().zip(&sums) {
