@@ -6,12 +6,13 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use fearless_simd::Level;
+use fearless_simd::{Level, Simd, dispatch, prelude::*};
 use iridesce_optics::color::{
     Adaptation, ColorRequest, ColorTable, ColorTableRequest, Illuminant, Model, Observer, Quantity, Space, StackColor,
 };
 use iridesce_optics::stack::sweep::{Operand, Power, Sweep, SweepRequest, levels};
 use iridesce_optics::{Complex64, Medium, Polarization};
+use rayon::prelude::*;
 
 /// Time given to each job.
 const PATIENCE: Duration = Duration::from_millis(1500);
@@ -118,6 +119,33 @@ fn sweeps(chosen: &dyn Fn(&str) -> bool) {
     }
 }
 
+/// The jobs of docs/performance.md on one thread and on two.
+fn threads(chosen: &dyn Fn(&str) -> bool) {
+    let film = Grid::new(vec![real(1.0), real(1.33), real(1.0)], 200, 2000.0);
+    let mut ten = vec![real(1.0)];
+    ten.extend((0..10).map(|j| real(if j % 2 == 0 { 2.35 } else { 1.46 })));
+    ten.push(real(1.52));
+    let ten = Grid::new(ten, 10, 100.0);
+    let mut out = vec![0.0; film.count()];
+    for (name, grid) in [("film 471 x 90 x 200", &film), ("ten layers 471 x 90 x 10", &ten)] {
+        for threads in [1, 2] {
+            let name = format!("threads: {name}, {threads} threads");
+            if chosen(&name) {
+                let sweep = grid.sweep(Power::Reflectance, Polarization::Unpolarized, Level::new());
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let out = &mut out[..grid.count()];
+                let run = || {
+                    best(grid.count(), || {
+                        let mut tasks = sweep.tasks(black_box(&mut *out)).expect("as long as the shape says");
+                        tasks.par_iter_mut().try_for_each(|task| sweep.run(task)).unwrap();
+                    })
+                };
+                report(&name, pool.install(run));
+            }
+        }
+    }
+}
+
 fn single_precision(chosen: &dyn Fn(&str) -> bool) {
     let film = Grid::new(vec![real(1.0), real(1.33), real(1.0)], 200, 2000.0);
     let mut out = vec![0.0_f32; film.count()];
@@ -195,6 +223,53 @@ fn tables(chosen: &dyn Fn(&str) -> bool) {
     }
 }
 
+/// What bounds the jobs above: the clock, divisions in vectors, and writing to memory.
+fn bounds(chosen: &dyn Fn(&str) -> bool) {
+    if chosen("bound: clock") {
+        let steps = 10_000_000_u64;
+        let cycles = best(2 * steps as usize, || {
+            let mut sum = black_box(1_u64);
+            for _ in 0..steps {
+                // An or and an addition, each waiting for the one before: two cycles.
+                sum = sum.wrapping_add(sum | 1);
+            }
+            black_box(sum);
+        });
+        report("bound: clock, by a chain of additions", cycles);
+    }
+    let level = Level::new();
+    if chosen("bound: divisions, f64") {
+        let (a, mut b) = (vec![1.5_f64; 1024], vec![1.25_f64; 1024]);
+        report("bound: divisions, f64", best(1024 * 256, || dispatch!(level, simd => divide(simd, &a, &mut b))));
+    }
+    if chosen("bound: divisions, f32") {
+        let (a, mut b) = (vec![1.5_f32; 1024], vec![1.25_f32; 1024]);
+        report("bound: divisions, f32", best(1024 * 256, || dispatch!(level, simd => divide_single(simd, &a, &mut b))));
+    }
+    if chosen("bound: writing f64") {
+        let mut out = vec![0.0_f64; 471 * 90 * 200];
+        report("bound: writing f64", best(out.len(), || black_box(&mut out).fill(black_box(0.5))));
+    }
+}
+
+#[inline(always)]
+fn divide<S: Simd>(simd: S, a: &[f64], b: &mut [f64]) {
+    for _ in 0..256 {
+        for (a, b) in a.chunks_exact(S::f64s::LEN).zip(black_box(&mut *b).chunks_exact_mut(S::f64s::LEN)) {
+            (S::f64s::from_slice(simd, a) / S::f64s::from_slice(simd, b)).store_slice(b);
+        }
+    }
+}
+
+#[inline(always)]
+fn divide_single<S: Simd>(simd: S, a: &[f32], b: &mut [f32]) {
+    for _ in 0..256 {
+        for (a, b) in a.chunks_exact(S::f32s::LEN).zip(black_box(&mut *b).chunks_exact_mut(S::f32s::LEN)) {
+            (S::f32s::from_slice(simd, a) / S::f32s::from_slice(simd, b)).store_slice(b);
+        }
+    }
+}
+
 /// The same points with all layers but the third held at 80 nm.
 fn only_third(thickness: &[f64], layers: usize) -> Vec<f64> {
     thickness.iter().enumerate().map(|(i, t)| if i % layers == 2 { *t } else { 80.0 }).collect()
@@ -224,4 +299,6 @@ fn main() {
     single_precision(&chosen);
     colors(&chosen);
     tables(&chosen);
+    threads(&chosen);
+    bounds(&chosen);
 }

@@ -6,6 +6,7 @@
 
 mod random;
 
+use fearless_simd::Level;
 use iridesce_optics::incidence::Incidence;
 use iridesce_optics::stack::sweep::{Operand, Power, Sweep, SweepRequest, levels};
 use iridesce_optics::stack::{self, Solver};
@@ -395,22 +396,30 @@ fn weighted_sums() {
         for light in POLARIZATIONS {
             for power in POWERS {
                 let problem = grid(indices.clone(), vec![spread(13, 900.0)]);
-                let sweep = Sweep::new(problem.request(power, light)).unwrap();
-                let mut values = vec![0.0; problem.count()];
-                sweep.evaluate(&mut values).unwrap();
-                let weights: [Vec<f64>; 3] =
-                    [0.3, 1.7, 4.1].map(|phase: f64| (0..20).map(|i| (f64::from(i) * 0.7 + phase).sin()).collect());
-                let mut sums = vec![[f64::NAN; 3]; 13];
-                sweep.weigh(weights.each_ref().map(Vec::as_slice), &mut sums).unwrap();
-                for (element, sums) in sums.iter().enumerate() {
-                    for (sum, weights) in sums.iter().zip(&weights) {
-                        let plain: f64 = (0..20).map(|row| weights[row] * values[row * 13 + element]).sum();
-                        assert!((sum - plain).abs() < 20.0 * 4e-16, "{power:?} {light:?} {sum} {plain}");
-                    }
+                for level in levels() {
+                    weighted_sums_at(&problem, power, light, level);
                 }
+                let sweep = Sweep::new(problem.request(power, light)).unwrap();
+                let mut sums = vec![[f64::NAN; 3]; 13];
                 let wrong = sweep.weigh([&[1.0][..]; 3], &mut sums).unwrap_err().to_string();
                 assert!(wrong.contains("20 rows and 13 thicknesses"), "{wrong}");
             }
+        }
+    }
+}
+
+fn weighted_sums_at(problem: &Problem, power: Power, light: Polarization, level: Level) {
+    let sweep = Sweep::at_level(problem.request(power, light), level).unwrap();
+    let mut values = vec![0.0; problem.count()];
+    sweep.evaluate(&mut values).unwrap();
+    let weights: [Vec<f64>; 3] =
+        [0.3, 1.7, 4.1].map(|phase: f64| (0..20).map(|i| (f64::from(i) * 0.7 + phase).sin()).collect());
+    let mut sums = vec![[f64::NAN; 3]; 13];
+    sweep.weigh(weights.each_ref().map(Vec::as_slice), &mut sums).unwrap();
+    for (element, sums) in sums.iter().enumerate() {
+        for (sum, weights) in sums.iter().zip(&weights) {
+            let plain: f64 = (0..20).map(|row| weights[row] * values[row * 13 + element]).sum();
+            assert!((sum - plain).abs() < 20.0 * 4e-16, "{level:?} {power:?} {light:?} {sum} {plain}");
         }
     }
 }

@@ -155,13 +155,16 @@ impl ColorTable {
         }
         self.check_range("thickness_nm", thickness_nm, self.shape.range_nm)?;
         self.check_range("angle_deg", angle_deg, self.shape.range_deg)?;
-        let level = Level::new();
+        self.evaluate_at(Level::new(), thickness_nm, angle_deg, out);
+        Ok(())
+    }
+
+    fn evaluate_at(&self, level: Level, thickness_nm: &[f64], angle_deg: &[f64], out: &mut [[f64; 3]]) {
         out.par_chunks_mut(CHUNK).zip(thickness_nm.par_chunks(CHUNK)).enumerate().for_each(|(chunk, (out, t))| {
             let angles =
                 if angle_deg.len() == 1 { angle_deg } else { &angle_deg[chunk * CHUNK..chunk * CHUNK + t.len()] };
             dispatch!(level, simd => self.look_up(simd, t, angles, out));
         });
-        Ok(())
     }
 
     fn check_range(&self, name: &str, values: &[f64], [low, high]: [f64; 2]) -> Result<(), OpticsError> {
