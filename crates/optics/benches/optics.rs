@@ -239,11 +239,12 @@ fn bounds(chosen: &dyn Fn(&str) -> bool) {
     }
     let level = Level::new();
     if chosen("bound: divisions, f64") {
-        let (a, mut b) = (vec![1.5_f64; 1024], vec![1.25_f64; 1024]);
+        let (a, mut b) = (range(1.0, 2.0, 1024), range(1.1, 1.9, 1024));
         report("bound: divisions, f64", best(1024 * 256, || dispatch!(level, simd => divide(simd, &a, &mut b))));
     }
     if chosen("bound: divisions, f32") {
-        let (a, mut b) = (vec![1.5_f32; 1024], vec![1.25_f32; 1024]);
+        let single = |values: Vec<f64>| values.into_iter().map(|v| v as f32).collect::<Vec<f32>>();
+        let (a, mut b) = (single(range(1.0, 2.0, 1024)), single(range(1.1, 1.9, 1024)));
         report("bound: divisions, f32", best(1024 * 256, || dispatch!(level, simd => divide_single(simd, &a, &mut b))));
     }
     if chosen("bound: writing f64") {
@@ -256,6 +257,7 @@ fn bounds(chosen: &dyn Fn(&str) -> bool) {
 fn divide<S: Simd>(simd: S, a: &[f64], b: &mut [f64]) {
     for _ in 0..256 {
         for (a, b) in a.chunks_exact(S::f64s::LEN).zip(black_box(&mut *b).chunks_exact_mut(S::f64s::LEN)) {
+            // (Back and forth between a / b and b, so that the digits stay irregular.)
             (S::f64s::from_slice(simd, a) / S::f64s::from_slice(simd, b)).store_slice(b);
         }
     }
