@@ -165,7 +165,7 @@ class FitResult(Sequence[Solution]):
         >>> film = ir.Stack(["air", ir.Layer(1.33, thickness_nm=500.0), "air"])
         >>> ax = ir.fit_thickness(nm, film.reflectance(nm), film).plot()
         >>> ax.get_lines()[1].get_label()
-        '500.0 nm'
+        '500.00 nm'
         """
         from iridesce.plot import _fit
 
