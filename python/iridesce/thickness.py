@@ -160,8 +160,8 @@ class ThicknessModel:
         if self._core is not None:
             return ThicknessMap(self._core.map(**sides, extent=ends))
         if self._kind == "flow":
-            given: Any = self._values
-            which = (given["preset"], given["time_s"], given["seed"], given.get("columns"))
+            own = self._values
+            which = (own["preset"], own["time_s"], own["seed"], own.get("columns"))
             return ThicknessMap(_core.flow_map(*which, sides["width"], sides["height"]))
         u = (np.arange(sides["width"]) + 0.5) / sides["width"]
         v = 1.0 - (np.arange(sides["height"]) + 0.5) / sides["height"]
