@@ -80,7 +80,10 @@ def test_ctrl_c_leaves_whole_frames_and_a_film_to_go_on_with(tmp_path: Path) -> 
         while not (folder / "frame_00002.png").exists() and time.monotonic() < until:
             time.sleep(0.02)
         os.kill(process.pid, signal.SIGINT)
-        _, said = process.communicate(timeout=60)
+        try:
+            _, said = process.communicate(timeout=60)
+        finally:
+            process.kill()  # nothing, if it has ended
     assert process.returncode == 130, said
     assert "Traceback" not in said
     assert not (tmp_path / "long.mp4").exists() and not list(folder.glob(".*"))

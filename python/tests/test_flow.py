@@ -192,7 +192,10 @@ def test_a_scene_whose_film_flows_for_long_can_be_stopped(tmp_path: Path) -> Non
         assert process.stdout is not None and process.stdout.readline() == "on\n"
         time.sleep(2.0)
         os.kill(process.pid, signal.SIGINT)
-        _, said = process.communicate(timeout=30)
+        try:
+            _, said = process.communicate(timeout=30)
+        finally:
+            process.kill()
     assert "KeyboardInterrupt" in said and process.returncode != 0
 
 
@@ -251,7 +254,10 @@ def test_ctrl_c_leaves_whole_files_and_a_run_to_resume(tmp_path: Path) -> None:
         while not place.exists() and time.monotonic() < until:
             time.sleep(0.05)
         os.kill(process.pid, signal.SIGINT)
-        _, said = process.communicate(timeout=60)
+        try:
+            _, said = process.communicate(timeout=60)
+        finally:
+            process.kill()  # nothing, if it has ended
     assert process.returncode == 130, said
     assert "--resume" in said and "Traceback" not in said
     frames = sorted((tmp_path / "run").glob("frame_*.tif"))
