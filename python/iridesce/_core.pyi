@@ -147,6 +147,44 @@ def color_weights(
 ) -> tuple[_F64, _F64, tuple[float, float, float], int]: ...
 def color_jacobian(xyz: _F64, space: str, white: tuple[float, float, float], adaptation: str | None) -> _F64: ...
 
+class ColorTable:
+    @staticmethod
+    def build(
+        media: list[Medium],
+        coherent: list[bool],
+        thickness_nm: list[float],
+        layer: int,
+        range_nm: list[float],
+        range_deg: list[float],
+        polarization: str,
+        illuminant: Illuminant,
+        observer: str,
+        quantity: str,
+        max_delta_e: float,
+        progress: Callable[[int, int], object] | None,
+    ) -> tuple[ColorTable, list[str]]: ...
+    def evaluate(
+        self,
+        thickness_nm: _F64,
+        angle_deg: _F64,
+        space: str,
+        adaptation: str | None,
+        gamut: str | None,
+        out: _F64,
+        threads: int | None,
+    ) -> None: ...
+    @property
+    def shape(self) -> tuple[int, int]: ...
+    @property
+    def range_nm(self) -> tuple[float, float]: ...
+    @property
+    def range_deg(self) -> tuple[float, float]: ...
+    @property
+    def delta_e(self) -> tuple[float, float, int]: ...
+
+def color_tables_read(bytes: bytes) -> list[tuple[ColorTable, list[tuple[str, str]]]]: ...
+def color_tables_save(path: _Path, tables: list[tuple[ColorTable, str, _Facts]]) -> None: ...
+
 # --- films that flow
 
 class Flow:

@@ -33,5 +33,6 @@ pub use builtin::{builtin_names, builtin_text};
 pub use error::SceneError;
 pub use films::field as flow_field;
 pub use grid::{read_thickness_map, thickness_exr};
+pub use map::check_size;
 pub use model::*;
 pub use tree::{Node, Value};
