@@ -38,7 +38,7 @@ def starts(problem: Problem, model: object, data: Data, bounds: Floats, lines: l
 
 def _one(problem: Problem, model: object, data: Data, bounds: Floats, lines: list[float], count: int) -> list[Start]:
     low, high = bounds
-    rate = _rate(problem, data.wavelength_nm, 0)
+    rate = round_trip_rate(problem, data.wavelength_nm, 0)
     step = _STEP / rate.max()
     trials = np.arange(low, high + step, step)
     trials[-1] = min(trials[-1], high)
@@ -63,7 +63,7 @@ def _one(problem: Problem, model: object, data: Data, bounds: Floats, lines: lis
     return [(np.array([trials[place]]), float(line[place])) for place in best]
 
 
-def _rate(problem: Problem, wavelength_nm: Floats, which: int) -> Floats:
+def round_trip_rate(problem: Problem, wavelength_nm: Floats, which: int) -> Floats:
     """Radians a nm of the round trip; for an absorbing layer by the real part of its wavenumber."""
     rate = phase_rate(problem, wavelength_nm, which)
     if rate is not None:
@@ -107,7 +107,7 @@ def _misfits(problem: Problem, model: object, data: Data, trials: Floats, sd: fl
     if not isinstance(model, HarmonicModel):
         # Films whose fringes are wide need fewer points: half of both, while neighbours stay within half a radian.
         steps = float(np.median(np.diff(data.wavelength_nm)))
-        turn = float(_rate(problem, data.wavelength_nm, 0)[0] * trials.max() / data.wavelength_nm[0] * steps)
+        turn = float(round_trip_rate(problem, data.wavelength_nm, 0)[0] * trials.max() / data.wavelength_nm[0] * steps)
         if turn < 0.5 and data.wavelength_nm.size >= 240:
             return 2.0 * _misfits(problem, model, data.thinned(2), trials, sd)
         if trials.size > 64 and data.wavelength_nm.size >= 240:
@@ -150,7 +150,7 @@ def _several(problem: Problem, data: Data, bounds: Floats, count: int) -> list[F
     thinned = data.thinned(max(1, data.wavelength_nm.size // 160))
     axes = []
     for which, (low, high) in enumerate(bounds):
-        step = 1.2 * _STEP / _rate(problem, thinned.wavelength_nm, which).max()
+        step = 1.2 * _STEP / round_trip_rate(problem, thinned.wavelength_nm, which).max()
         axes.append(np.linspace(low, high, max(2, int(np.ceil((high - low) / step)) + 1)))
     shape = tuple(axis.size for axis in axes)
     total = int(np.prod(shape, dtype=np.int64))
