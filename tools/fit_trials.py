@@ -4,7 +4,7 @@
 
 Each spectrum is made by a stack of random thickness with one fault that `fit_thickness` is not told of; the last column of
 faults has several at once. For each fault: the share whose best thickness is of the right order (within a quarter of a fringe
-and 3 %), the share whose truth is among the solutions (same measure), the share answered by an error in words, the median and
+and 4 %), the share whose truth is among the solutions (same measure), the share answered by an error in words, the median and
 the worst error of the right ones in per cent, and the share of answers that come with a note.
 """
 
@@ -28,8 +28,8 @@ SYSTEMS: dict[str, tuple[str, tuple[float, float, float], tuple[float, float]]] 
     "soap": ("air / soap ? / air", (420.0, 780.0, 0.7), (150.0, 5000.0)),
     "oxide": ("air / SiO2 ? / Si", (400.0, 950.0, 0.6), (120.0, 5000.0)),
     "nitride": ("air / Si3N4 ? / Si", (400.0, 900.0, 0.6), (60.0, 3000.0)),
-    "polymer": ("air / PMMA ? / N-BK7", (450.0, 1000.0, 0.8), (250.0, 5000.0)),
-    "resist": ("air / polystyrene ? / Si", (455.0, 1000.0, 0.8), (120.0, 20000.0)),
+    "polymer": ("air / PMMA ? / N-BK7", (470.0, 1000.0, 0.8), (250.0, 5000.0)),
+    "resist": ("air / polystyrene ? / Si", (470.0, 1000.0, 0.8), (120.0, 20000.0)),
     "titania": ("air / TiO2 ? / Ti", (400.0, 700.0, 1.0), (50.0, 400.0)),
     "thick": ("air / PMMA ? / Si", (600.0, 1000.0, 0.3), (5000.0, 45000.0)),
 }
@@ -47,7 +47,7 @@ class Bench:
         self.x = np.linspace(-1.0, 1.0, self.wavelength_nm.size)
 
     def stack(self, thickness_nm: float | None = None) -> ir.Stack:
-        return ir.Stack.parse(self.text.replace("?", repr(thickness_nm or self.thickness_nm)))
+        return ir.Stack.parse(self.text.replace("?", repr(float(thickness_nm or self.thickness_nm))))
 
     def clean(self, shift_nm: float = 0.0, line_nm: float = 1.2, spread: float = 0.0) -> Floats:
         """The stack through a spectrometer of a narrow line; over a spread of thicknesses (sd, relative)."""
@@ -245,7 +245,7 @@ def one(task: tuple[str, str, int]) -> tuple[str, float, float, bool, bool, int,
     except ValueError as error:
         return system, truth, np.nan, False, False, 0, str(error)
     n = float(np.real(bench.stack().layers[0].medium.index(bench.wavelength_nm.mean())))
-    near = min(bench.wavelength_nm.mean() / (8.0 * n) + 0.01 * truth, 0.03 * truth + 3.0)
+    near = min(bench.wavelength_nm.mean() / (8.0 * n) + 0.01 * truth, 0.04 * truth + 3.0)
     errors = [solution.thickness_nm - truth for solution in result]
     return (
         system, truth, errors[0], abs(errors[0]) < near, min(map(abs, errors)) < near, len(result.notes),

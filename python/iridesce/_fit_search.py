@@ -17,6 +17,10 @@ from iridesce._fit_solve import Data
 
 # Phase between two trials, radians at the wavelength where it grows fastest: a fit converges from well beyond half of it.
 _STEP = 0.7
+# Films of less than so many fringes over the spectrum are tried in finer steps: a free gain and baseline make up for so much of
+# a thin film that its minima are narrow and lie close together.
+_THIN_FRINGES = 1.5
+_FINER = 8
 # Up to so many fringes over the spectrum every thickness is tried; beyond, those that the Fourier transform shows.
 _FEW_FRINGES = 3.0
 # Thicknesses are tried where the periodic part of the data is this share of the largest.
@@ -48,6 +52,12 @@ def _one(problem: Problem, model: object, data: Data, bounds: Floats, lines: lis
     if not few.all():
         periodic = _periodic(data, rate, trials)
         chosen = few | (periodic >= _GATE * periodic[~few].max())
+    thin = np.flatnonzero(fringes <= _THIN_FRINGES)
+    if thin.size:
+        end = trials[thin[-1]]
+        fine = np.linspace(low, end, _FINER * (thin.size - 1) + 1)
+        trials = np.r_[fine, trials[thin[-1] + 1 :]]
+        chosen = np.r_[np.ones(fine.size, dtype=bool), chosen[thin[-1] + 1 :]]
     where = np.flatnonzero(chosen)
     misfit = np.full(trials.size, np.inf)
     if not isinstance(model, HarmonicModel):
@@ -58,7 +68,11 @@ def _one(problem: Problem, model: object, data: Data, bounds: Floats, lines: lis
     line[where] = np.array(lines)[by_line.argmin(axis=0)]
     # Local minima among neighbours that were tried.
     before, after = np.r_[np.inf, misfit[:-1]], np.r_[misfit[1:], np.inf]
-    minima = np.flatnonzero(np.isfinite(misfit) & (misfit <= before) & (misfit <= after))
+    # A plateau is what the baseline alone leaves, the gain being 0.
+    lowest = (misfit <= before) & (misfit <= after) & ((misfit < before) | (misfit < after))
+    minima = np.flatnonzero(np.isfinite(misfit) & lowest)
+    if minima.size == 0:
+        minima = where
     best = minima[np.argsort(misfit[minima], kind="stable")[:count]]
     return [(np.array([trials[place]]), float(line[place])) for place in best]
 

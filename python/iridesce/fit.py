@@ -51,7 +51,7 @@ def __dir__() -> list[str]:
 
 _BASELINES = ("none", "constant", "linear", "quadratic")
 _GAINS = ("linear", "quadratic")
-_THINNEST_NM, _THICKEST_NM = 5.0, 50_000.0
+_THINNEST_NM, _THICKEST_NM = 1.0, 50_000.0
 _THICKEST_OF_SEVERAL_NM = 1_500.0
 _FEWEST_POINTS = 12
 _STARTS = 24
@@ -246,7 +246,7 @@ def fit_thickness(
                    them; None: the ? of the text, or the only coherent layer
     quantity       "reflectance" or "transmittance"
     angle_deg, polarization  of the light, as for `Stack.reflectance`
-    thickness_range_nm  (low, high) or one pair for each unknown; None: 5 to 50 000 nm (several unknowns: 1 500)
+    thickness_range_nm  (low, high) or one pair for each unknown; None: 1 to 50 000 nm (several unknowns: 1 500)
     gain           None: unknown, > 0; "linear", "quadratic": unknown, and changing along the wavelengths, as a lamp drifts; a
                    number where it is known: 1.0 for a calibrated reflectance, 100.0 for percent
     baseline       stray light: "none", "constant", "linear" or "quadratic"; "auto": constant, and where an unknown gain
