@@ -1,5 +1,7 @@
 //! A film in time.
 
+use std::time::Instant;
+
 use rayon::prelude::*;
 
 use super::carry::Carry;
@@ -149,13 +151,29 @@ pub struct Film {
     substeps: usize,
     /// Iterations of the last step.
     iterations: usize,
+    /// Time that parts of all steps took so far, s.
+    spent: [f64; PARTS.len()],
 }
+
+/// Parts of a step whose time is told apart.
+const PARTS: [&str; 6] = ["thickness", "sources", "trace and carry", "forces", "tension", "viscosity"];
 
 /// Waves in the thickness at the start.
 const NOISE_WAVES: u64 = 240;
 /// Fields that eddies are made of, and waves in each.
 const EDDY_FIELDS: u64 = 4;
 const EDDY_WAVES: u64 = 12;
+
+/// Tells the times of parts of a step apart.
+struct Watch(Instant);
+
+impl Watch {
+    fn lap(&mut self, place: &mut f64) {
+        let now = Instant::now();
+        *place += (now - self.0).as_secs_f64();
+        self.0 = now;
+    }
+}
 
 impl Film {
     /// A film at rest, with its thickness drawn by chance and its surfactant in balance with its mean weight.
@@ -215,6 +233,7 @@ impl Film {
             eddies,
             substeps: 0,
             iterations: 0,
+            spent: [0.0; PARTS.len()],
             parameters,
             grid,
             state,
@@ -234,6 +253,12 @@ impl Film {
     /// Sub-steps of transport and iterations of the tension in the last step.
     pub fn effort(&self) -> (usize, usize) {
         (self.substeps, self.iterations)
+    }
+
+    /// What all steps so far took, part by part, s.
+    #[doc(hidden)]
+    pub fn spent(&self) -> [(&'static str, f64); PARTS.len()] {
+        std::array::from_fn(|k| (PARTS[k], self.spent[k]))
     }
 
     /// Volume of the film, m3.
@@ -289,6 +314,7 @@ impl Film {
     fn step(&mut self, dt: f64) -> Result<(), FlowError> {
         let time = self.state.time_s;
         let step = self.state.step + 1;
+        let mut watch = Watch(Instant::now());
         let Film { parameters: p, grid, state, carry, transport, tension, viscosity, .. } = self;
         let n = grid.columns;
         fill_poles(grid, &mut state.down);
@@ -305,6 +331,7 @@ impl Film {
             transport.step(grid, &mut state.h, &state.down, &state.across, dt / needed);
         }
         self.substeps = needed as usize;
+        watch.lap(&mut self.spent[0]);
 
         // Gains and losses.
         let books = &mut state.books;
@@ -319,6 +346,8 @@ impl Film {
             books.drained += drain_inside(grid, p, &mut state.h, dt);
         }
 
+        watch.lap(&mut self.spent[1]);
+
         // Velocity and surfactant are carried, pushed, and held together by the tension.
         carry.trace(grid, &state.down, &state.across, dt);
         let drag = drag(grid, p, &state.down, &state.across);
@@ -327,6 +356,7 @@ impl Film {
         if finite {
             carry.scalar(grid, &mut state.s);
         }
+        watch.lap(&mut self.spent[2]);
         let air = air(&self.wind, &self.eddies, p, time + dt);
         push(grid, p, state, &drag, &air, dt, tension);
         let mut right_side = vec![0.0; grid.cells()];
@@ -343,11 +373,13 @@ impl Film {
         });
         let stiffness = if finite { 1.0 / (dt * dt * p.elasticity) } else { 0.0 };
         let diagonal: Vec<f64> = grid.area.iter().map(|area| area * stiffness).collect();
+        watch.lap(&mut self.spent[3]);
         let solved = tension.solve(grid, &mut state.q, &diagonal, &mut right_side, p.tolerance);
         let Some(iterations) = solved else {
             return Err(self.first_failure(step));
         };
         self.iterations = iterations;
+        watch.lap(&mut self.spent[4]);
         let q = &state.q;
         let (up, right) = (&tension.up, &tension.right);
         state.down[n..grid.rows * n].par_chunks_exact_mut(n).enumerate().with_min_len(8).for_each(|(i, out)| {
@@ -372,7 +404,9 @@ impl Film {
                 dt * (p.viscosity * h + 2.0 * p.surface_viscosity) / (p.density * h + p.air_mass)
             })
             .collect();
+        watch.lap(&mut self.spent[3]);
         viscosity.step(grid, &mut state.down, &mut state.across, &spread);
+        watch.lap(&mut self.spent[5]);
         if finite {
             let scale = 1.0 / (dt * p.elasticity);
             state.s.iter_mut().zip(&state.q).for_each(|(s, q)| *s = q * scale);
@@ -383,6 +417,7 @@ impl Film {
         if self.parameters.rupture_m > 0.0 && self.state.h.iter().any(|&h| h <= self.parameters.rupture_m) {
             self.state.ruptured_s = Some(time + dt);
         }
+        watch.lap(&mut self.spent[3]);
         Ok(())
     }
 
