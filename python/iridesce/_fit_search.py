@@ -105,7 +105,7 @@ def _periodic(data: Data, rate: Floats, trials: Floats) -> Floats:
         turn = np.empty((trials[part].size, rate.size), dtype=np.complex128)
         turn[0] = np.exp(1j * rate * trials[start])
         turn[1:] = np.exp(1j * rate * (trials[1] - trials[0]))
-        turn = np.cumprod(turn, axis=0)
+        np.cumprod(turn, axis=0, out=turn)
         cosine, sine = turn.real * weight, turn.imag * weight
         # Least squares with cos and sin, the smooth part aside: two by two normal equations.
         c0, s0 = cosine @ smooth, sine @ smooth

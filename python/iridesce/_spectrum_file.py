@@ -89,7 +89,8 @@ def read_spectrum(
     notes: list[str] = []
     if is_jcamp(text):
         x, y, x_unit, y_unit = read_jcamp(label, text)
-        table, header = np.stack([x, y], axis=1), []
+        table = np.stack([x, y], axis=1)
+        header: list[str] = []
         names = [x_unit or "x", y_unit or "y"]
         notes.append("the file is JCAMP-DX")
     else:
