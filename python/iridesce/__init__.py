@@ -11,6 +11,7 @@ if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines b
     from iridesce import plot as plot
     from iridesce import thickness as thickness
     from iridesce._core import __version__ as __version__
+    from iridesce.color_table import ColorTable as ColorTable
     from iridesce.errors import ResourceError as ResourceError
     from iridesce.errors import SceneError as SceneError
     from iridesce.fit import fit_thickness as fit_thickness
@@ -32,6 +33,7 @@ _HOME = {
     "SceneError": "errors",
     "ResourceError": "errors",
     "fit_thickness": "fit",
+    "ColorTable": "color_table",
     "Image": "image",
     "render": "rendering",
 }

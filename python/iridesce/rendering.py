@@ -74,7 +74,7 @@ def render(
             stacklevel=2,
         )
     tree = scene.to_dict()
-    with _bar() if progress is True else contextlib.nullcontext(progress or None) as advance:
+    with progress_bar("rendering") if progress is True else contextlib.nullcontext(progress or None) as advance:
         xyz, depth, thickness_nm, normal, info = _core.render_scene(scene._core, samples, seed, size, threads, advance)
     samples, seed, seconds, simd, threads = info
     # The scene as it was rendered: what it says can be rendered again.
@@ -122,13 +122,13 @@ def _size(size: object) -> tuple[int, int] | None:
 
 
 @contextlib.contextmanager
-def _bar() -> Iterator[Callable[[int, int], None]]:
+def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
     """A bar with the time left, on stderr; rich draws none where that is no terminal and obeys NO_COLOR."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-    columns = (TextColumn("rendering"), BarColumn(), TaskProgressColumn(), TextColumn("left"), TimeRemainingColumn())
+    columns = (TextColumn(what), BarColumn(), TaskProgressColumn(), TextColumn("left"), TimeRemainingColumn())
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("rendering", total=None)
+        task = bar.add_task(what, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -127,6 +127,7 @@ def test_public_name_is_documented(name: str) -> None:
 def test_documented_names_include_the_promised_ones() -> None:
     promised = (
         "Medium Medium.from_file Medium.index media Layer Stack Stack.reflectance Stack.transmittance"
+        " ColorTable ColorTable.color ColorTable.load ColorTable.save"
         " Stack.absorptance Stack.layer_absorptance Stack.amplitudes Stack.ellipsometry Stack.reversed Stack.color"
         " color.spectrum_to_xyz color.convert color.delta_e color.illuminant color.dias1991"
         " Scene Scene.load Scene.to_dict Scene.with_value render Image Image.rgb Image.save SceneError ResourceError"

@@ -7,7 +7,9 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use fearless_simd::Level;
-use iridesce_optics::color::{Adaptation, ColorRequest, Illuminant, Model, Observer, Quantity, Space, StackColor};
+use iridesce_optics::color::{
+    Adaptation, ColorRequest, ColorTable, ColorTableRequest, Illuminant, Model, Observer, Quantity, Space, StackColor,
+};
 use iridesce_optics::stack::sweep::{Operand, Power, Sweep, SweepRequest, levels};
 use iridesce_optics::{Complex64, Medium, Polarization};
 
@@ -164,6 +166,35 @@ fn colors(chosen: &dyn Fn(&str) -> bool) {
     }
 }
 
+fn tables(chosen: &dyn Fn(&str) -> bool) {
+    let name = "colour table, 0 to 2000 nm x 0 to 80 deg";
+    if !chosen(name) {
+        return;
+    }
+    let request = ColorTableRequest {
+        color: color_request(&[1.0, 1.33, 1.0].map(Complex64::from), Space::Xyz),
+        thickness_nm: vec![0.0],
+        layer: 0,
+        range_nm: [0.0, 2000.0],
+        range_deg: [0.0, 80.0],
+        tolerance: 0.1,
+    };
+    let start = Instant::now();
+    let table = ColorTable::build(request, &|_, _| false).unwrap();
+    println!("{name}, built in {:.3} s: {:?}", start.elapsed().as_secs_f64(), table.shape());
+    let points = 1 << 20;
+    // A hash of the place: neighbours in the list are no neighbours in the table.
+    let share = |i: usize, k: usize| (i.wrapping_mul(k) % 1_048_583) as f64 / 1_048_583.0;
+    let thickness: Vec<f64> = (0..points).map(|i| 2000.0 * share(i, 7_368_787)).collect();
+    let angle: Vec<f64> = (0..points).map(|i| 80.0 * share(i, 5_915_587)).collect();
+    let mut out = vec![[0.0; 3]; points];
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let rate = pool.install(|| best(points, || table.evaluate(&thickness, &angle, black_box(&mut out)).unwrap()));
+        report(&format!("{name}, random points, {threads} threads"), rate);
+    }
+}
+
 /// The same points with all layers but the third held at 80 nm.
 fn only_third(thickness: &[f64], layers: usize) -> Vec<f64> {
     thickness.iter().enumerate().map(|(i, t)| if i % layers == 2 { *t } else { 80.0 }).collect()
@@ -192,4 +223,5 @@ fn main() {
     sweeps(&chosen);
     single_precision(&chosen);
     colors(&chosen);
+    tables(&chosen);
 }

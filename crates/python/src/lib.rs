@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 
 mod color;
+mod color_table;
 mod detail;
 mod flow;
 mod medium;
@@ -17,6 +18,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     medium::register(module)?;
     stack::register(module)?;
     color::register(module)?;
+    color_table::register(module)?;
     detail::register(module)?;
     thickness::register(module)?;
     flow::register(module)?;

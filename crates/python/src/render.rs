@@ -24,7 +24,7 @@ const POLL: Duration = Duration::from_millis(30);
 
 /// What a worker and its waiting caller share.
 #[derive(Default)]
-struct Shared {
+pub(crate) struct Shared {
     done: AtomicU64,
     total: AtomicU64,
     stop: AtomicBool,
@@ -42,7 +42,11 @@ impl Progress for Shared {
 
 /// Runs `work` on a thread of its own without the interpreter lock. The calling thread looks every 30 ms for Ctrl-C and
 /// calls `progress(done, total)` when there is news, and once at the end; an exception from either stops the work.
-fn beside<T: Send>(py: Python<'_>, progress: Option<Py<PyAny>>, work: impl FnOnce(&Shared) -> T + Send) -> PyResult<T> {
+pub(crate) fn beside<T: Send>(
+    py: Python<'_>,
+    progress: Option<Py<PyAny>>,
+    work: impl FnOnce(&Shared) -> T + Send,
+) -> PyResult<T> {
     let shared = Shared::default();
     let told = AtomicU64::new(0);
     let tell = |py: Python<'_>| -> PyResult<()> {
@@ -104,7 +108,7 @@ fn render_error(py: Python<'_>, scene: &CoreScene, error: RenderError) -> PyErr 
 }
 
 /// `OSError` with its errno, so that Python makes it `FileNotFoundError`, `PermissionError` and so on.
-fn image_error(error: ImageError) -> PyErr {
+pub(crate) fn image_error(error: ImageError) -> PyErr {
     match error {
         ImageError::Write { path, source } => {
             let errno = source.raw_os_error().unwrap_or(match source.kind() {
@@ -182,13 +186,13 @@ fn auto_exposure(py: Python<'_>, xyz: PyReadonlyArray3<'_, f32>, depth: PyReadon
 }
 
 #[derive(FromPyObject)]
-enum PyFact {
+pub(crate) enum PyFact {
     Integer(i32),
     Number(f64),
     Text(String),
 }
 
-fn facts(facts: Vec<(String, PyFact)>) -> Vec<(String, Fact)> {
+pub(crate) fn facts(facts: Vec<(String, PyFact)>) -> Vec<(String, Fact)> {
     let fact = |fact| match fact {
         PyFact::Integer(value) => Fact::Integer(value),
         PyFact::Number(value) => Fact::Number(value),

@@ -4,6 +4,7 @@
 //! vacuum wavelengths, 360..830 nm at 1 nm unless another is given; true lines are added as lines.
 
 mod basis;
+mod color_table;
 mod dias;
 mod difference;
 pub mod gamut;
@@ -19,6 +20,7 @@ mod table;
 mod two_beam;
 
 pub use basis::rgb_basis;
+pub use color_table::{ColorTable, ColorTableRequest, ColorTableShape, MOST_NODES, Watch};
 pub use dias::{Dias1991, DiasMatrix, DiasTable, PRINTED_MATRIX, dias1991_wavelengths};
 pub use difference::ciede2000;
 pub use illuminant::{Illuminant, illuminant_names};

@@ -110,6 +110,11 @@ impl StackColor {
         Ok(colors)
     }
 
+    /// XYZ of the light on the grid of the sum, Y = 1.
+    pub fn white(&self) -> Result<[f64; 3], OpticsError> {
+        Ok(self.level(0)?.weights.white)
+    }
+
     fn grid(&self) -> Grid {
         self.request.grid.unwrap_or_default()
     }

@@ -10,7 +10,7 @@
 
 mod axes;
 mod film;
-mod lanes;
+pub(crate) mod lanes;
 mod march;
 mod media;
 mod rows;

@@ -33,7 +33,7 @@ pub struct Planes<'a> {
 
 /// Single-line ZIP: half the time of 16-line ZIP or PIZ for 7 and 23 % more bytes (a 512 x 512 bubble), and compositors read
 /// lines of it by themselves.
-const ENCODING: Encoding =
+pub(super) const ENCODING: Encoding =
     Encoding { compression: Compression::ZIP1, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
 
 /// Writes the planes as a whole EXR file or none: scan lines, each ZIP-compressed by itself, 32-bit floats.
@@ -116,7 +116,7 @@ fn rec709() -> Chromaticities {
     }
 }
 
-fn attributes(facts: &Facts) -> Result<LayerAttributes, ImageError> {
+pub(super) fn attributes(facts: &Facts) -> Result<LayerAttributes, ImageError> {
     let mut attributes = LayerAttributes::default();
     for (name, fact) in facts {
         let text = |text: &str| {
@@ -141,32 +141,51 @@ fn attributes(facts: &Facts) -> Result<LayerAttributes, ImageError> {
     Ok(attributes)
 }
 
-/// Puts the attributes of a written header into the order of their names.
+/// Puts the attributes of each written header into the order of their names.
 ///
 /// The `exr` crate keeps them in a hash map with random keys, so that two writes of the same image differ; the same
-/// render shall give the same bytes. Nothing after the header moves: the length stays the same.
-fn sort_attributes(file: &mut (impl Read + Write + Seek)) -> io::Result<()> {
+/// render shall give the same bytes. Nothing after the headers moves: their length stays the same.
+pub(super) fn sort_attributes(file: &mut (impl Read + Write + Seek)) -> io::Result<()> {
     const START: u64 = 8; // magic number and version
-    file.seek(SeekFrom::Start(START))?;
+    const MULTI_PART: u32 = 0x1000; // the flag, beside the version, of a list of headers that an empty one ends
+    file.seek(SeekFrom::Start(START - 4))?;
     let mut reader = io::BufReader::new(&mut *file);
+    let mut version = [0; 4];
+    reader.read_exact(&mut version)?;
+    let has_parts = u32::from_le_bytes(version) & MULTI_PART != 0;
+    let mut sorted: Vec<u8> = Vec::new();
+    loop {
+        let attributes = header(&mut reader)?;
+        let is_end = attributes.is_empty();
+        sorted.extend(attributes.concat());
+        if is_end || !has_parts {
+            break;
+        }
+        sorted.push(0);
+    }
+    file.seek(SeekFrom::Start(START))?;
+    file.write_all(&sorted)
+}
+
+/// The attributes of one header in the order of their names, each with its name, type, size and value.
+fn header(reader: &mut impl io::BufRead) -> io::Result<Vec<Vec<u8>>> {
     let mut attributes: Vec<Vec<u8>> = Vec::new();
     loop {
         // name, 0, type, 0, size (u32, little-endian), value; an empty name ends the header.
         let mut bytes = Vec::new();
-        io::BufRead::read_until(&mut reader, 0, &mut bytes)?;
+        reader.read_until(0, &mut bytes)?;
         if bytes.len() <= 1 {
             break;
         }
-        io::BufRead::read_until(&mut reader, 0, &mut bytes)?;
+        reader.read_until(0, &mut bytes)?;
         let mut size = [0; 4];
         reader.read_exact(&mut size)?;
         bytes.extend(size);
-        (&mut reader).take(u64::from(u32::from_le_bytes(size))).read_to_end(&mut bytes)?;
+        reader.by_ref().take(u64::from(u32::from_le_bytes(size))).read_to_end(&mut bytes)?;
         attributes.push(bytes);
     }
     attributes.sort();
-    file.seek(SeekFrom::Start(START))?;
-    file.write_all(&attributes.concat())
+    Ok(attributes)
 }
 
 #[cfg(test)]

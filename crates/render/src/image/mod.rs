@@ -7,11 +7,13 @@ mod develop;
 mod exr_file;
 mod icc;
 mod png_file;
+mod table_file;
 mod whole_file;
 
 pub use develop::{Developed, Development, OutputSpace, auto_exposure, develop};
 pub use exr_file::{Planes, write_exr};
 pub use png_file::{BitDepth, png_bytes, write_png};
+pub use table_file::{Table, read_tables, write_tables};
 pub use whole_file::{check_output, write_bytes};
 
 use std::path::{Path, PathBuf};

@@ -62,6 +62,9 @@ pub enum FlowError {
     /// A parameter is not possible.
     #[error(transparent)]
     Parameter(#[from] ThicknessError),
+    /// Whoever watches said so.
+    #[error("the film was stopped")]
+    Stopped,
     /// A checkpoint cannot be used.
     #[error("the checkpoint {0}")]
     Checkpoint(String),

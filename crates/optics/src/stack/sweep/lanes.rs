@@ -6,19 +6,19 @@
 use fearless_simd::{Simd, prelude::*};
 
 /// Evaluations that are prepared and carried together: one vector of the widest level, several of the others.
-pub(super) const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 
 /// One number for each of [`LANES`] evaluations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
-pub(super) struct Lane(pub(super) [f64; LANES]);
+pub(crate) struct Lane(pub(crate) [f64; LANES]);
 
 impl Lane {
-    pub(super) const ZERO: Lane = Lane([0.0; LANES]);
+    pub(crate) const ZERO: Lane = Lane([0.0; LANES]);
 
     /// The entries from `at` on, as many as a vector holds.
     #[inline(always)]
-    pub(super) fn load<S: Simd>(&self, simd: S, at: usize) -> S::f64s {
+    pub(crate) fn load<S: Simd>(&self, simd: S, at: usize) -> S::f64s {
         S::f64s::from_slice(simd, &self.0[at..at + S::f64s::LEN])
     }
 
@@ -29,7 +29,7 @@ impl Lane {
     }
 
     #[inline(always)]
-    pub(super) fn store<S: Simd>(&mut self, at: usize, value: S::f64s) {
+    pub(crate) fn store<S: Simd>(&mut self, at: usize, value: S::f64s) {
         value.store_slice(&mut self.0[at..at + S::f64s::LEN]);
     }
 }
@@ -98,7 +98,7 @@ pub(super) fn within_half_turn<S: Simd>(simd: S, rate: S::f64s, length: S::f64s)
 
 /// sin(pi x) for |x| <= 1/2.
 #[inline(always)]
-pub(super) fn sin_pi<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
+pub(crate) fn sin_pi<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     x * polynomial(simd, x * x, &SIN_PI)
 }
 
