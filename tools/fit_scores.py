@@ -4,8 +4,9 @@
 
 For each system: the share of spectra whose best solution is of the right order (within a quarter of the wavelength in the
 film), the share whose true thickness is among the plausible solutions, the median and the worst error of the right ones, the
-share of 95 % and of 68 % intervals that hold the truth (asked of every other spectrum), and the time a fit. Noise of ``--snr`` dB is 10^(-snr/20) times the standard deviation of
-the spectrum along the wavelengths (that is its fringes, not its mean, which is the harder reading).
+share of 95 % and of 68 % intervals that hold the truth (asked of every other spectrum), and the time a fit. Noise of
+``--snr`` dB is 10^(-snr/20) times the standard deviation of the spectrum along the wavelengths (that is its fringes, not its
+mean, which is the harder reading).
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ def inside_media(problem: Problem, nm: Floats, notes: list[str]) -> npt.NDArray[
 def _column(name: str, values: npt.ArrayLike) -> Floats:
     try:
         array = np.asarray(np.ma.filled(values, np.nan) if isinstance(values, np.ma.MaskedArray) else values)
-        numbers = array.astype(np.float64)
+        numbers = array.real.astype(np.float64)  # complex ones are refused below
     except (ValueError, TypeError):
         raise ValueError(f"{name} must be numbers, got {values!r:.60}") from None
     if array.dtype.kind not in "iuf" or numbers.ndim != 1:

@@ -97,23 +97,27 @@ def _periodic(data: Data, rate: Floats, trials: Floats) -> Floats:
     smooth, _ = np.linalg.qr(np.stack([x**power for power in range(5)], axis=1) * weight[:, None])
     target = data.measured * weight
     target = target - smooth @ (smooth.T @ target)
-    # exp(i phase) of evenly spaced thicknesses, each from the one before by a product.
-    turn, step = np.exp(1j * rate * trials[0]), np.exp(1j * rate * (trials[1] - trials[0]))
     shares = np.empty(trials.size)
     size = target @ target
-    for place in range(trials.size):
-        if place and place % 256 == 0:
-            turn = np.exp(1j * rate * (trials[0] + place * (trials[1] - trials[0])))
-        wave = turn * weight
-        wave = wave - smooth @ (smooth.T @ wave)
-        # Least squares with cos and sin: two by two normal equations.
-        cc, ss, cs = wave.real @ wave.real, wave.imag @ wave.imag, wave.real @ wave.imag
-        c, s = wave.real @ target, wave.imag @ target
+    for start in range(0, trials.size, 256):
+        part = slice(start, start + 256)
+        # exp(i phase) of evenly spaced thicknesses, each from the one before by a product.
+        turn = np.empty((trials[part].size, rate.size), dtype=np.complex128)
+        turn[0] = np.exp(1j * rate * trials[start])
+        turn[1:] = np.exp(1j * rate * (trials[1] - trials[0]))
+        np.cumprod(turn, axis=0, out=turn)
+        cosine, sine = turn.real * weight, turn.imag * weight
+        # Least squares with cos and sin, the smooth part aside: two by two normal equations.
+        c0, s0 = cosine @ smooth, sine @ smooth
+        cc = (cosine * cosine).sum(axis=1) - (c0 * c0).sum(axis=1)
+        ss = (sine * sine).sum(axis=1) - (s0 * s0).sum(axis=1)
+        cs = (cosine * sine).sum(axis=1) - (c0 * s0).sum(axis=1)
+        c, s = cosine @ target, sine @ target
         determinant = cc * ss - cs * cs
         good = determinant > 1e-9 * (cc * ss)
-        shares[place] = (ss * c * c - 2.0 * cs * c * s + cc * s * s) / determinant if good else 0.0
-        turn = turn * step
-    return shares / size
+        solved = (ss * c * c - 2.0 * cs * c * s + cc * s * s) / np.where(good, determinant, 1.0)
+        shares[part] = np.where(good, solved, 0.0)
+    return shares / max(float(size), 1e-300)
 
 
 def _misfits(problem: Problem, model: object, data: Data, trials: Floats, sd: float) -> Floats:

@@ -237,5 +237,6 @@ def student(probability: float, freedom: float) -> float:
     g1 = (z**3 + z) / 4.0
     g2 = (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / 96.0
     g3 = (3.0 * z**7 + 19.0 * z**5 + 17.0 * z**3 - 15.0 * z) / 384.0
+    g4 = (79.0 * z**9 + 776.0 * z**7 + 1482.0 * z**5 - 1920.0 * z**3 - 945.0 * z) / 92160.0
     v = max(freedom, 3.0)
-    return z + g1 / v + g2 / v**2 + g3 / v**3
+    return z + g1 / v + g2 / v**2 + g3 / v**3 + g4 / v**4

@@ -297,6 +297,11 @@ def fit_thickness(
         )
     # The stack's own complaint about wavelengths outside its media, before anything else.
     problem.with_thickness([100.0] * len(problem.unknown)).reflectance(nm[[0, -1]], angle)
+    # Squares of sizes far from 1 would run over or under; by a power of two nothing is rounded.
+    size = float(np.abs(values).max(initial=0.0))
+    scale = 1.0 if 1e-60 < size < 1e60 or size == 0.0 else 2.0 ** math.floor(math.log2(size))
+    values, sd = values / scale, None if sd is None else sd / scale
+    fixed_gain = None if fixed_gain is None else fixed_gain / scale
     weight = np.ones_like(nm) if sd is None else unit(1.0 / sd)
     if np.ptp(values) <= 1e-12 * np.abs(values).max(initial=0.0):
         raise ValueError("measured does not vary with wavelength: there is nothing to fit")
@@ -315,7 +320,7 @@ def fit_thickness(
         fit.bounds = bounds
         return fit.result(None if sd is None else float(1.0 / np.sqrt(np.mean(1.0 / sd**2))))
 
-    return _first_that_fits(plans, run, problem)
+    return _scaled(_first_that_fits(plans, run, problem), scale)
 
 
 class _NoFringesError(ValueError):
@@ -349,6 +354,25 @@ def _first_that_fits(
     if result is None:
         raise refusal or ValueError("the fit found no solution")
     return result
+
+
+def _scaled(result: FitResult, scale: float) -> FitResult:
+    """The result in the measurement's own unit."""
+    if scale == 1.0:
+        return result
+    solutions = tuple(
+        replace(
+            one,
+            misfit=one.misfit * scale,
+            gain=one.gain * scale,
+            gain_slope=one.gain_slope * scale,
+            gain_bend=one.gain_bend * scale,
+            baseline=tuple(value * scale for value in one.baseline),
+            fitted=one.fitted * scale,
+        )
+        for one in result
+    )
+    return replace(result, solutions=solutions, measured=result.measured * scale, noise=result.noise * scale)
 
 
 def _fringes(problem: Problem, result: FitResult) -> float:
@@ -392,6 +416,8 @@ class _Fit:
             # Weights were 1/sd over their mean square: one unit of misfit is the mean noise.
             excess = max(variance / noise**2, 1.0)
             believed = excess <= too_much(freedom)
+            # What hangs together far below the noise is rounding, and no noise.
+            together = max(1.0, together * min(variance / noise**2, 1.0))
             variance_a_point = noise**2 * (1.0 if believed else excess)
             if not believed:
                 self.notes.append(f"the best curve misses the data by {math.sqrt(excess):.2g} times the noise given")
@@ -610,10 +636,21 @@ class _Fit:
                 f"something smooth is left, {math.sqrt(solutions[0].chi2):.2g} times the noise: the index, a drifting lamp "
                 '(gain="linear", baseline="linear") or another stack; the interval does not know of it'
             )
+        if self.data.gain is None and solutions[0].chi2 > _SMOOTH_LEFT and self._smooth_is_better(best):
+            self.notes.append(
+                "a parabola describes the spectrum better than any film does: there may be no fringes in it at all; "
+                "a known gain (gain=1.0 for a calibrated reflectance) would tell"
+            )
         spread = float(np.std(self.data.measured))
         left = float(np.std(self.data.measured - best.curve))
         if left > 0.7 * spread:
             self.notes.append("the model explains less than half of what varies: doubt the stack or the data")
+
+    def _smooth_is_better(self, best: Fitted) -> bool:
+        basis = np.stack([self.data.x**power for power in range(3)], axis=1) * self.data.weight[:, None]
+        target = self.data.measured * self.data.weight
+        left = target - basis @ np.linalg.lstsq(basis, target, rcond=None)[0]
+        return float(left @ left) < best.misfit
 
 
 def _within(one: Solution, other: Solution) -> bool:
