@@ -129,14 +129,7 @@ fn within(scale: &Scale, row: f64, column: f64) -> [f64; 2] {
 /// Displacements over the time of two halves from the middles of a row of cells: `half` is half the time over the radius,
 /// `velocity` (down, across) has [`PAD`] ghosts all around.
 #[inline(always)]
-pub fn trace(
-    site: &Site,
-    scale: &Scale,
-    velocity: &[[f64; 2]],
-    half: f64,
-    down: &mut [f64],
-    across: &mut [f64],
-) {
+pub fn trace(site: &Site, scale: &Scale, velocity: &[[f64; 2]], half: f64, down: &mut [f64], across: &mut [f64]) {
     let n = down.len();
     let stride = n + 2 * PAD;
     let own = (site.row as usize + PAD) * stride + PAD;
@@ -163,7 +156,8 @@ pub fn trace(
             }
             let (mut v, mut u) = ([0.0; BLOCK], [0.0; BLOCK]);
             for k in 0..count {
-                let (upper, lower) = (&velocity[start[k]..start[k] + 2], &velocity[start[k] + stride..start[k] + stride + 2]);
+                let (upper, lower) =
+                    (&velocity[start[k]..start[k] + 2], &velocity[start[k] + stride..start[k] + stride + 2]);
                 let mix = |part: usize| {
                     let above = upper[0][part] + g[k] * (upper[1][part] - upper[0][part]);
                     let below = lower[0][part] + g[k] * (lower[1][part] - lower[0][part]);
