@@ -189,7 +189,7 @@ impl Film {
         h.iter_mut().for_each(|x| *x = p.thickness_m * (1.0 + p.noise * (*x - mean) / spread).max(0.2));
         let scale = p.thickness_m / (grid.integral(&h) / area);
         h.iter_mut().for_each(|x| *x *= scale);
-        let weight = if p.elasticity.is_finite() { p.density * p.gravity * p.thickness_m / p.elasticity } else { 0.0 };
+        let weight = if p.elasticity.is_finite() { p.density * p.weight() * p.thickness_m / p.elasticity } else { 0.0 };
         let mean_height = grid.height.iter().zip(&grid.area).map(|(z, a)| z * a).sum::<f64>() * p.columns as f64 / area;
         let s = (0..grid.cells()).map(|k| -weight * (grid.height[k / p.columns] - mean_height)).collect();
         let cells = grid.cells();
@@ -355,7 +355,7 @@ impl Film {
         }
         watch.lap(&mut self.spent[2]);
         let air = air(&self.wind, &self.eddies, p, time + dt);
-        push(grid, p, state, &drag, &air, dt, tension);
+        push(grid, p, state, &drag, &air, [time, dt], tension);
         let mut right_side = vec![0.0; grid.cells()];
         let (down, across, s) = (&state.down, &state.across, &state.s);
         right_side.par_chunks_exact_mut(n).enumerate().with_min_len(8).for_each(|(i, out)| {
@@ -524,9 +524,10 @@ fn push(
     state: &mut State,
     drag: &[f64],
     air: &[Vec<f64>; 2],
-    dt: f64,
+    [time, dt]: [f64; 2],
     tension: &mut Tension,
 ) {
+    let [shaken, coming] = if p.shake > 0.0 { p.shaken(time, dt) } else { [0.0; 2] };
     let n = grid.columns;
     let h = &state.h;
     tension.up.par_chunks_exact_mut(n).zip(state.down.par_chunks_exact_mut(n)).enumerate().with_min_len(8).for_each(
@@ -536,10 +537,17 @@ fn push(
                 return;
             }
             // From the heights themselves, so that a film of one thickness stays at rest to the last digit.
-            let gravity = p.gravity * (grid.height[i - 1] - grid.height[i]) / grid.dy;
+            let slope = (grid.height[i - 1] - grid.height[i]) / grid.dy;
+            let gravity = (p.weight() + shaken) * slope;
             let (a, b) = ((i - 1) * n..i * n, i * n..(i + 1) * n);
-            let pushed =
-                Pushed { density: p.density, air_mass: p.air_mass, dt, gravity, coupling: grid.side[i] / grid.dy };
+            let pushed = Pushed {
+                density: p.density,
+                air_mass: p.air_mass,
+                dt,
+                gravity,
+                coming: coming * slope,
+                coupling: grid.side[i] / grid.dy,
+            };
             let (h, drag) = ([&h[a.clone()], &h[b.clone()]], [&drag[a], &drag[b.clone()]]);
             wide!(push_row(&pushed, h, drag, &air[0][b], down, up));
         },
@@ -553,7 +561,7 @@ fn push(
         .for_each(|(i, (right, across))| {
             let row = i * n..(i + 1) * n;
             let coupling = grid.dy / grid.width[i];
-            let pushed = Pushed { density: p.density, air_mass: p.air_mass, dt, gravity: 0.0, coupling };
+            let pushed = Pushed { density: p.density, air_mass: p.air_mass, dt, gravity: 0.0, coming: 0.0, coupling };
             let (h, drag, air) = (&h[row.clone()], &drag[row.clone()], &air[1][row]);
             // All but the last, whose neighbour is the first.
             let m = n - 1;
@@ -577,6 +585,8 @@ struct Pushed {
     air_mass: f64,
     dt: f64,
     gravity: f64,
+    /// Air that comes down upon a frame that is shaken, m/s.
+    coming: f64,
     coupling: f64,
 }
 
@@ -589,7 +599,7 @@ fn push_row(p: &Pushed, h: [&[f64]; 2], drag: [&[f64]; 2], air: &[f64], u: &mut 
         let weight = p.density * (a[j] + b[j]) * 0.5;
         let (mass, c) = (weight + p.air_mass, (c[j] + d[j]) * 0.5);
         let one = 1.0 / (mass + p.dt * c);
-        u[j] = (mass * u[j] + p.dt * (weight * p.gravity + c * air[j])) * one;
+        u[j] = (mass * u[j] + p.dt * (weight * p.gravity + c * (air[j] + p.coming))) * one;
         inverse[j] = p.coupling * one;
     }
 }
@@ -696,7 +706,7 @@ fn thin_row(row: &mut [f64], loss: f64, kept: f64, [black_m, below_m]: [f64; 2])
 /// at the lower wall, m3.
 pub fn drain_inside(grid: &Grid, p: &Parameters, h: &mut [f64], dt: f64) -> f64 {
     let n = grid.columns;
-    let strength = p.density * p.gravity / (12.0 * p.viscosity);
+    let strength = p.density * p.weight() / (12.0 * p.viscosity);
     let thickest = h
         .par_chunks(4096)
         .map(|part| wide!(part.iter().fold(0.0, |a: f64, &b| if b > a { b } else { a })))
