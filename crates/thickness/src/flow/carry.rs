@@ -95,8 +95,11 @@ fn angle(y: f64, x: f64) -> f64 {
 impl Carry {
     pub fn new(grid: &Grid) -> Carry {
         let stride = grid.columns + 2 * PAD;
-        let each =
-            if grid.is_plane() { [1.0 / grid.dy, 1.0 / grid.width[0]] } else { [grid.radius / grid.dy, grid.columns as f64 / TAU] };
+        let each = if grid.is_plane() {
+            [1.0 / grid.dy, 1.0 / grid.width[0]]
+        } else {
+            [grid.radius / grid.dy, grid.columns as f64 / TAU]
+        };
         let sphere = if grid.is_plane() { 0 } else { 1 };
         Carry {
             down: Padded::new(grid, Kind::Down),
@@ -147,22 +150,23 @@ impl Carry {
         let lower = grid.rows - bottom;
         let (local, scale) = (&self.local, self.scale);
         let [ways_down, ways_across] = &mut self.ways;
-        ways_down.par_chunks_exact_mut(n).zip(ways_across.par_chunks_exact_mut(n)).enumerate().with_min_len(4).for_each(
-            |(i, (down, across))| {
+        ways_down
+            .par_chunks_exact_mut(n)
+            .zip(ways_across.par_chunks_exact_mut(n))
+            .enumerate()
+            .with_min_len(4)
+            .for_each(|(i, (down, across))| {
                 if (top..lower).contains(&i) {
                     let site = Site { row: i as f64 + 0.5, column: 0.5, polar: grid.polar[i] };
                     wide!(near::trace(&site, &scale, local, half, down, across));
                 }
-            },
-        );
+            });
         if self.caps == [0; 2] {
             return;
         }
         // Near the poles: rows that are traced from, and those that they may reach.
         let reach = (dt * fastest / grid.dy).min(grid.rows as f64) as usize + PAD + 2;
-        let near_pole = |i: usize, more: usize| {
-            (top > 0 && i <= top + more) || (bottom > 0 && i + more + 1 >= lower)
-        };
+        let near_pole = |i: usize, more: usize| (top > 0 && i <= top + more) || (bottom > 0 && i + more + 1 >= lower);
         self.velocity[PAD * stride..(PAD + grid.rows) * stride]
             .par_chunks_exact_mut(stride)
             .enumerate()
@@ -171,7 +175,12 @@ impl Carry {
                 if !near_pole(i, reach) {
                     return;
                 }
-                for (out, [v, u], j) in out.iter_mut().zip(&local[(i + PAD) * stride..]).enumerate().map(|(k, (o, l))| (o, l, (k + n - PAD) % n)) {
+                for (out, [v, u], j) in out
+                    .iter_mut()
+                    .zip(&local[(i + PAD) * stride..])
+                    .enumerate()
+                    .map(|(k, (o, l))| (o, l, (k + n - PAD) % n))
+                {
                     let ([s, c], [sp, cp]) = (grid.polar[i], grid.azimuth[j]);
                     *out = [v * c * cp - u * sp, v * c * sp + u * cp, -v * s];
                 }

@@ -129,14 +129,7 @@ fn within(scale: &Scale, row: f64, column: f64) -> [f64; 2] {
 /// Displacements over the time of two halves from the middles of a row of cells: `half` is half the time over the radius,
 /// `velocity` (down, across) has [`PAD`] ghosts all around.
 #[inline(always)]
-pub fn trace(
-    site: &Site,
-    scale: &Scale,
-    velocity: &[[f64; 2]],
-    half: f64,
-    down: &mut [f64],
-    across: &mut [f64],
-) {
+pub fn trace(site: &Site, scale: &Scale, velocity: &[[f64; 2]], half: f64, down: &mut [f64], across: &mut [f64]) {
     let n = down.len();
     let stride = n + 2 * PAD;
     let own = (site.row as usize + PAD) * stride + PAD;
@@ -163,7 +156,8 @@ pub fn trace(
             }
             let (mut v, mut u) = ([0.0; BLOCK], [0.0; BLOCK]);
             for k in 0..count {
-                let (upper, lower) = (&velocity[start[k]..start[k] + 2], &velocity[start[k] + stride..start[k] + stride + 2]);
+                let (upper, lower) =
+                    (&velocity[start[k]..start[k] + 2], &velocity[start[k] + stride..start[k] + stride + 2]);
                 let mix = |part: usize| {
                     let above = upper[0][part] + g[k] * (upper[1][part] - upper[0][part]);
                     let below = lower[0][part] + g[k] * (lower[1][part] - lower[0][part]);
@@ -277,5 +271,45 @@ pub fn velocity(site: &Site, scale: &Scale, fields: [&Padded; 2], ways: [Ways<'_
             }
         }
         out[first..first + count].copy_from_slice(&values[..count]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against points and vectors of three parts, and the library's arc tangents.
+    #[test]
+    fn ways_agree_with_points_of_space() {
+        let scale = Scale { plane: false, rows: 0.0, columns: 0.0, each: [1.0; 2] };
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let frame = |t: f64, f: f64| {
+            let ((s, c), (sp, cp)) = (t.sin_cos(), f.sin_cos());
+            [[s * cp, s * sp, c], [c * cp, c * sp, -s], [-sp, cp, 0.0]]
+        };
+        for k in 0..1000 {
+            let share = |m: u32| f64::from((k * 7919 + m * 104_729) % 1000) / 1000.0;
+            // As near to the pole as the turn allows.
+            let (length, heading) = (LONGEST * share(1), 6.3 * share(2));
+            let polar = (length * (1.0 + 1.0 / MOST_TURN)).asin() + 0.8 * share(3) + 1e-3;
+            let (a, b) = (length * heading.cos(), length * heading.sin());
+            let site = Site { row: 0.0, column: 0.0, polar: [polar.sin(), polar.cos()] };
+            let [rows, columns, turn] = way(&site, &scale, a, b, rest(a, b));
+            let [r, down, across] = frame(polar, 0.0);
+            let end: [f64; 3] = std::array::from_fn(|k| rest(a, b) * r[k] + a * down[k] + b * across[k]);
+            assert!((end[0].hypot(end[1]).atan2(end[2]) - polar - rows).abs() < 1e-10);
+            assert!((end[1].atan2(end[0]) - columns).abs() < 1e-10);
+            // A vector at the end, carried back along the great circle.
+            let (v, u) = (share(4), share(5));
+            let [there, south, east] = frame(polar + rows, columns);
+            let w: [f64; 3] = std::array::from_fn(|k| v * south[k] + u * east[k]);
+            let part = dot(w, r) / (1.0 + dot(r, there));
+            let back: [f64; 3] = std::array::from_fn(|k| w[k] - part * (r[k] + there[k]));
+            let [v, u] = turned(v, u, turn);
+            assert!((dot(back, down) - v).abs() < 1e-9 && (dot(back, across) - u).abs() < 1e-9);
+            // The same turn from the displacements alone.
+            let again = tangent(columns / 2.0) * (site.polar[1] - site.polar[0] * tangent(rows / 2.0));
+            assert!((again - turn).abs() < 1e-9);
+        }
     }
 }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::grid::{GHOSTS, Ghosts, Grid, Kind, floor};
 
 /// Furthest way down in one sub-step, cells; also how much neighbouring columns may close up.
-const MOST_CELLS: f64 = 0.45;
+const MOST_CELLS: f64 = 0.9;
 /// Most sub-steps of a step.
 pub const MOST_SUBSTEPS: f64 = 400.0;
 /// Rows that one thread takes at a time.
@@ -45,7 +45,8 @@ impl Transport {
                 if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
             })
             .collect();
-        let needed = fastest.into_iter().fold(0.0, |a: f64, b| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) });
+        let needed =
+            fastest.into_iter().fold(0.0, |a: f64, b| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) });
         if needed.is_nan() { needed } else { (needed / MOST_CELLS).ceil().max(1.0) }
     }
 
@@ -280,7 +281,8 @@ impl Row {
         let [lefts, rights] = &mut self.ends;
         let (lefts, rights) = (&mut lefts[..n + 2], &mut rights[..n + 2]);
         for k in 0..n + 2 {
-            let (left, right) = (edge(c[k], c[k + 1], c[k + 2], c[k + 3]), edge(c[k + 1], c[k + 2], c[k + 3], c[k + 4]));
+            let (left, right) =
+                (edge(c[k], c[k + 1], c[k + 2], c[k + 3]), edge(c[k + 1], c[k + 2], c[k + 3], c[k + 4]));
             (lefts[k], rights[k]) = limited(c[k + 1], c[k + 2], c[k + 3], left, right);
         }
         if !self.far {
