@@ -243,7 +243,8 @@ def main() -> None:
                 f"one last place of one thickness moves it by up to {max(moves):.1e}"
             )
         print(
-            f"    {stacks.polarization}, {stacks.angle_deg[0]:.17g} deg, {stacks.wavelength_nm[0]:.17g} nm, coherent {stacks.coherent}"
+            f"    {stacks.polarization}, {stacks.angle_deg[0]:.17g} deg, {stacks.wavelength_nm[0]:.17g} nm, "
+            f"coherent {stacks.coherent}"
         )
         print(f"    n {stacks.n[0].tolist()}")
         print(f"    d_nm {stacks.d_nm[0].tolist()}")
