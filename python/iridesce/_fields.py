@@ -141,8 +141,8 @@ def _phase_mean(
     for slab in slabs:
         index = np.asarray(self.layers[slab].medium.index(wavelength))
         kz = np.sqrt(index**2 - (first * np.sin(np.radians(angle))) ** 2 + 0j)
-        # As in the solver: no phase to average where the wave decays faster than it oscillates.
-        turns.append(np.where(np.abs(kz.imag) < np.abs(kz.real), wavelength / (2.0 * np.maximum(kz.real, 1e-30)), 0.0))
+        k0_d = 2.0 * np.pi * np.asarray(self.layers[slab].thickness_nm) / wavelength
+        turns.append(np.where(_averages(index, kz, k0_d), wavelength / (2.0 * np.maximum(kz.real, 1e-30)), 0.0))
     total: Any = 0.0
     for shifts in product(range(phases), repeat=len(slabs)):
         layers = list(self.layers)
@@ -153,6 +153,15 @@ def _phase_mean(
         moved = Stack([self.first, *layers, self.last])
         total = total + _coherent_cross(moved, wavelength, angle, which)
     return np.asarray(total / phases ** len(slabs))
+
+
+def _averages(index: Any, kz: Any, k0_d: Any) -> Any:
+    """Whether a slab has a phase to average; the rule of the solver (`averages` in crates/optics/src/stack/slabs.rs)."""
+    of_kz, of_n = np.angle(kz), np.angle(index)
+    theta = np.maximum(np.abs(of_kz), np.abs(2.0 * of_n - of_kz))
+    growth = np.arcsinh(np.tan(np.minimum(theta, 1.5707)))
+    passive = (index.imag <= 0.0) | (theta < 0.005) | ((theta < 0.5 * np.pi) & (growth <= kz.imag * k0_d))
+    return (np.abs(kz.imag) < np.abs(kz.real)) & passive
 
 
 def _coherent_cross(self: Stack, wavelength_nm: npt.ArrayLike, angle_deg: npt.ArrayLike, which: int) -> Complexes:

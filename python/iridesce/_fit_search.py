@@ -17,6 +17,10 @@ from iridesce._fit_solve import Data
 
 # Phase between two trials, radians at the wavelength where it grows fastest: a fit converges from well beyond half of it.
 _STEP = 0.7
+# Films of less than so many fringes over the spectrum are tried in finer steps: a free gain and baseline make up for so much of
+# a thin film that its minima are narrow and lie close together.
+_THIN_FRINGES = 1.5
+_FINER = 8
 # Up to so many fringes over the spectrum every thickness is tried; beyond, those that the Fourier transform shows.
 _FEW_FRINGES = 3.0
 # Thicknesses are tried where the periodic part of the data is this share of the largest.
@@ -38,7 +42,7 @@ def starts(problem: Problem, model: object, data: Data, bounds: Floats, lines: l
 
 def _one(problem: Problem, model: object, data: Data, bounds: Floats, lines: list[float], count: int) -> list[Start]:
     low, high = bounds
-    rate = _rate(problem, data.wavelength_nm, 0)
+    rate = round_trip_rate(problem, data.wavelength_nm, 0)
     step = _STEP / rate.max()
     trials = np.arange(low, high + step, step)
     trials[-1] = min(trials[-1], high)
@@ -48,6 +52,12 @@ def _one(problem: Problem, model: object, data: Data, bounds: Floats, lines: lis
     if not few.all():
         periodic = _periodic(data, rate, trials)
         chosen = few | (periodic >= _GATE * periodic[~few].max())
+    thin = np.flatnonzero(fringes <= _THIN_FRINGES)
+    if thin.size:
+        end = trials[thin[-1]]
+        fine = np.linspace(low, end, _FINER * (thin.size - 1) + 1)
+        trials = np.r_[fine, trials[thin[-1] + 1 :]]
+        chosen = np.r_[np.ones(fine.size, dtype=bool), chosen[thin[-1] + 1 :]]
     where = np.flatnonzero(chosen)
     misfit = np.full(trials.size, np.inf)
     if not isinstance(model, HarmonicModel):
@@ -58,12 +68,16 @@ def _one(problem: Problem, model: object, data: Data, bounds: Floats, lines: lis
     line[where] = np.array(lines)[by_line.argmin(axis=0)]
     # Local minima among neighbours that were tried.
     before, after = np.r_[np.inf, misfit[:-1]], np.r_[misfit[1:], np.inf]
-    minima = np.flatnonzero(np.isfinite(misfit) & (misfit <= before) & (misfit <= after))
+    # A plateau is what the baseline alone leaves, the gain being 0.
+    lowest = (misfit <= before) & (misfit <= after) & ((misfit < before) | (misfit < after))
+    minima = np.flatnonzero(np.isfinite(misfit) & lowest)
+    if minima.size == 0:
+        minima = where
     best = minima[np.argsort(misfit[minima], kind="stable")[:count]]
     return [(np.array([trials[place]]), float(line[place])) for place in best]
 
 
-def _rate(problem: Problem, wavelength_nm: Floats, which: int) -> Floats:
+def round_trip_rate(problem: Problem, wavelength_nm: Floats, which: int) -> Floats:
     """Radians a nm of the round trip; for an absorbing layer by the real part of its wavenumber."""
     rate = phase_rate(problem, wavelength_nm, which)
     if rate is not None:
@@ -83,23 +97,27 @@ def _periodic(data: Data, rate: Floats, trials: Floats) -> Floats:
     smooth, _ = np.linalg.qr(np.stack([x**power for power in range(5)], axis=1) * weight[:, None])
     target = data.measured * weight
     target = target - smooth @ (smooth.T @ target)
-    # exp(i phase) of evenly spaced thicknesses, each from the one before by a product.
-    turn, step = np.exp(1j * rate * trials[0]), np.exp(1j * rate * (trials[1] - trials[0]))
     shares = np.empty(trials.size)
     size = target @ target
-    for place in range(trials.size):
-        if place and place % 256 == 0:
-            turn = np.exp(1j * rate * (trials[0] + place * (trials[1] - trials[0])))
-        wave = turn * weight
-        wave = wave - smooth @ (smooth.T @ wave)
-        # Least squares with cos and sin: two by two normal equations.
-        cc, ss, cs = wave.real @ wave.real, wave.imag @ wave.imag, wave.real @ wave.imag
-        c, s = wave.real @ target, wave.imag @ target
+    for start in range(0, trials.size, 256):
+        part = slice(start, start + 256)
+        # exp(i phase) of evenly spaced thicknesses, each from the one before by a product.
+        turn = np.empty((trials[part].size, rate.size), dtype=np.complex128)
+        turn[0] = np.exp(1j * rate * trials[start])
+        turn[1:] = np.exp(1j * rate * (trials[1] - trials[0]))
+        np.cumprod(turn, axis=0, out=turn)
+        cosine, sine = turn.real * weight, turn.imag * weight
+        # Least squares with cos and sin, the smooth part aside: two by two normal equations.
+        c0, s0 = cosine @ smooth, sine @ smooth
+        cc = (cosine * cosine).sum(axis=1) - (c0 * c0).sum(axis=1)
+        ss = (sine * sine).sum(axis=1) - (s0 * s0).sum(axis=1)
+        cs = (cosine * sine).sum(axis=1) - (c0 * s0).sum(axis=1)
+        c, s = cosine @ target, sine @ target
         determinant = cc * ss - cs * cs
         good = determinant > 1e-9 * (cc * ss)
-        shares[place] = (ss * c * c - 2.0 * cs * c * s + cc * s * s) / determinant if good else 0.0
-        turn = turn * step
-    return shares / size
+        solved = (ss * c * c - 2.0 * cs * c * s + cc * s * s) / np.where(good, determinant, 1.0)
+        shares[part] = np.where(good, solved, 0.0)
+    return shares / max(float(size), 1e-300)
 
 
 def _misfits(problem: Problem, model: object, data: Data, trials: Floats, sd: float) -> Floats:
@@ -107,7 +125,7 @@ def _misfits(problem: Problem, model: object, data: Data, trials: Floats, sd: fl
     if not isinstance(model, HarmonicModel):
         # Films whose fringes are wide need fewer points: half of both, while neighbours stay within half a radian.
         steps = float(np.median(np.diff(data.wavelength_nm)))
-        turn = float(_rate(problem, data.wavelength_nm, 0)[0] * trials.max() / data.wavelength_nm[0] * steps)
+        turn = float(round_trip_rate(problem, data.wavelength_nm, 0)[0] * trials.max() / data.wavelength_nm[0] * steps)
         if turn < 0.5 and data.wavelength_nm.size >= 240:
             return 2.0 * _misfits(problem, model, data.thinned(2), trials, sd)
         if trials.size > 64 and data.wavelength_nm.size >= 240:
@@ -150,7 +168,7 @@ def _several(problem: Problem, data: Data, bounds: Floats, count: int) -> list[F
     thinned = data.thinned(max(1, data.wavelength_nm.size // 160))
     axes = []
     for which, (low, high) in enumerate(bounds):
-        step = 1.2 * _STEP / _rate(problem, thinned.wavelength_nm, which).max()
+        step = 1.2 * _STEP / round_trip_rate(problem, thinned.wavelength_nm, which).max()
         axes.append(np.linspace(low, high, max(2, int(np.ceil((high - low) / step)) + 1)))
     shape = tuple(axis.size for axis in axes)
     total = int(np.prod(shape, dtype=np.int64))

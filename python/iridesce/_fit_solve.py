@@ -23,8 +23,8 @@ class Data:
     weight: Floats
     gain: float | None
     """Fixed gain; None where it is free."""
-    tilted: bool
-    """The free gain may change in proportion to wavelength."""
+    bend: int
+    """Degree of the free gain in wavelength: 0 even, 1 changing in proportion, 2 bent."""
     baseline: int
     """Number of baseline terms: 0 none, 1 a constant, 2 a straight line in wavelength, 3 a parabola."""
 
@@ -45,7 +45,7 @@ class Data:
     @property
     def linear_count(self) -> int:
         """Number of linear parameters."""
-        return self.baseline + (self.gain is None) + (self.gain is None and self.tilted)
+        return self.baseline + (1 + self.bend if self.gain is None else 0)
 
     def thinned(self, step: int) -> Data:
         """Every so manieth point."""
@@ -61,7 +61,7 @@ class Fitted:
 
     parameters: Floats
     gain: Floats
-    """The gain in the middle of the spectrum, and its change from there to the last wavelength."""
+    """Polynomial in x: the gain in the middle of the spectrum first."""
     baseline: Floats
     curve: Floats
     misfit: float
@@ -81,18 +81,18 @@ class Solver:
     def linear(self, spectrum: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Best gain and baseline of a spectrum; the basis they span, and the weighted residual."""
         weighted = spectrum * self.data.weight
-        gain = np.zeros(2)
+        gain = np.zeros(3)
         if self.data.gain is None:
-            for tilted in (True, False) if self.data.tilted else (False,):
-                gains = [weighted, weighted * self.x] if tilted else [weighted]
+            for degree in range(self.data.bend, -1, -1):
+                gains = [weighted * self.x**power for power in range(degree + 1)]
                 basis = np.column_stack([*gains, self.terms])
                 found = np.linalg.lstsq(basis, self.target, rcond=None)[0]
-                gain[: len(gains)] = found[: len(gains)]
-                if gain[0] > abs(gain[1]):
-                    baseline = np.asarray(found[len(gains) :])
+                gain[: degree + 1] = found[: degree + 1]
+                if self._positive(gain):
+                    baseline = np.asarray(found[degree + 1 :])
                     return gain, baseline, basis, np.asarray(self.target - basis @ found)
-                # Fringes upside down are no solution, not even at one end: an even gain is left, or the baseline alone.
-                gain = np.zeros(2)
+                # Fringes upside down are no solution, not even at one end: a simpler gain is left, or the baseline alone.
+                gain = np.zeros(3)
         else:
             gain[0] = self.data.gain
         rest = self.target - gain[0] * weighted
@@ -103,7 +103,13 @@ class Solver:
 
     def _gain(self, gain: Floats) -> Floats:
         """The gain at every wavelength."""
-        return np.asarray(gain[0] + gain[1] * self.x)
+        return np.asarray(gain[0] + gain[1] * self.x + gain[2] * self.x**2)
+
+    def _positive(self, gain: Floats) -> bool:
+        """Whether a gain is above a tenth of its middle everywhere: lamps change by less."""
+        if gain[2] == 0.0:
+            return bool(gain[0] > abs(gain[1]))
+        return bool(gain[0] > 0.0 and self._gain(gain).min() > 0.1 * gain[0])
 
     def at(self, parameters: Floats) -> Fitted:
         """The best gain and baseline at fixed parameters."""
@@ -231,5 +237,6 @@ def student(probability: float, freedom: float) -> float:
     g1 = (z**3 + z) / 4.0
     g2 = (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / 96.0
     g3 = (3.0 * z**7 + 19.0 * z**5 + 17.0 * z**3 - 15.0 * z) / 384.0
+    g4 = (79.0 * z**9 + 776.0 * z**7 + 1482.0 * z**5 - 1920.0 * z**3 - 945.0 * z) / 92160.0
     v = max(freedom, 3.0)
-    return z + g1 / v + g2 / v**2 + g3 / v**3
+    return z + g1 / v + g2 / v**2 + g3 / v**3 + g4 / v**4

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import math
 import os
 import re
@@ -11,11 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from iridesce._arrays import Floats
+from iridesce._jcamp import is_jcamp, read_jcamp
 
 _MOST_BYTES = 64 << 20
 _MISSING = {"", "nan", "na", "n/a", "-", "--", "---", "null", "none", "#n/a", "inf", "-inf", "+inf", "over", "*****"}
 # Separators with the decimal sign they leave free, the least ambiguous first.
-_DIALECTS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (None, "."), (None, ","))
+_DIALECTS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (None, "."), (None, ","), (",", ","))
 _UNITS = {"nm": 1.0, "um": 1e3, "angstrom": 0.1, "m": 1e9}
 _PER_CM_NM = 1e7  # nm in a cm
 _EV_NM = 1239.841984  # h c in eV nm, CODATA 2018 (exact by definition of the SI)
@@ -62,8 +64,8 @@ def read_spectrum(
     """Read a spectrum from the text file of a spectrometer.
 
     Separators comma, semicolon, tab or spaces; decimal point or decimal comma; any number of header lines; comments; more
-    columns than two; missing values; UTF-8, UTF-16 or Latin-1. Wavelengths in nm, um, Angstrom, 1/cm or eV, as a header says or
-    their size tells; percent by a header's % or by values above 1.5.
+    columns than two; missing values; UTF-8, UTF-16 or Latin-1; JCAMP-DX that is not compressed. Wavelengths in nm, um,
+    Angstrom, 1/cm or eV, as a header says or their size tells; percent by a header's % or by values above 1.5.
 
     path       the file
     column     name (part of it) or number (1 is the first) of the measurement; None: one that is named after the quantity,
@@ -83,10 +85,17 @@ def read_spectrum(
     """
     label = os.fspath(path)
     label = label if isinstance(label, str) else os.fsdecode(label)
-    lines = _text(label).splitlines()
-    table, header, dialect = _rows(label, lines)
-    names = _names(header, dialect, table.shape[1])
+    text = _text(label)
     notes: list[str] = []
+    if is_jcamp(text):
+        x, y, x_unit, y_unit = read_jcamp(label, text)
+        table = np.stack([x, y], axis=1)
+        header: list[str] = []
+        names = [x_unit or "x", y_unit or "y"]
+        notes.append("the file is JCAMP-DX")
+    else:
+        table, header, dialect = _rows(label, text.splitlines())
+        names = _names(header, dialect, table.shape[1])
     place = _column(label, column, names, table.shape[1], quantity, notes)
     wavelength_nm = _wavelengths(label, table[:, 0], unit, names[0], " ".join(header), notes)
     values = table[:, place].copy()
@@ -128,7 +137,13 @@ def _text(label: str) -> str:
 
 
 def _split(line: str, separator: str | None) -> list[str]:
-    words = line.split(separator) if separator is not None else line.split()
+    if separator is not None and '"' in line:
+        try:
+            words = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+        except csv.Error:
+            words = line.split(separator)
+    else:
+        words = line.split(separator) if separator is not None else line.split()
     return [word.strip().strip('"').strip("'").strip() for word in words]
 
 
@@ -183,14 +198,15 @@ def _rows(label: str, lines: list[str]) -> tuple[Floats, list[str], tuple[str | 
 
 
 def _names(header: list[str], dialect: tuple[str | None, str], width: int) -> list[str]:
-    """Names of the columns from the last header line that has as many words; empty ones where there is none."""
-    for line in reversed(header):
+    """Names of the columns: header lines of as many words, one above the other (names, then units); empty without any."""
+    names = [""] * width
+    for line in header[-4:]:
         words = _split(line.lstrip("#!% "), dialect[0])
         while len(words) > width and words[-1] == "":
             words.pop()
         if len(words) == width and any(re.search(r"[^\W\d]", word) for word in words):
-            return words
-    return [""] * width
+            names = [f"{name} {word}".strip() for name, word in zip(names, words, strict=True)]
+    return names
 
 
 def _column(label: str, column: str | int | None, names: list[str], width: int, quantity: str, notes: list[str]) -> int:

@@ -31,7 +31,13 @@ def main() -> None:
         SystemExit: always; 0 done, 1 failed, 2 wrong usage, 3 bad input, 4 resource limit, 130 interrupted.
     """
     try:
-        from iridesce import commands_chart, commands_fit, commands_flow, commands_media  # noqa: F401  (they add verbs)
+        from iridesce import (  # noqa: F401  (they add verbs)
+            commands_animate,
+            commands_chart,
+            commands_fit,
+            commands_flow,
+            commands_media,
+        )
         from iridesce.commands import app
 
         app(prog_name="iridesce")

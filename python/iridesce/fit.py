@@ -14,7 +14,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, overload
 
@@ -23,8 +23,19 @@ import numpy.typing as npt
 
 from iridesce._arrays import Floats, one_of, real_operand
 from iridesce._averages import FWHM
+from iridesce._fit_data import (
+    calm,
+    cleaned,
+    correlation,
+    even_weight,
+    inside_media,
+    scatter,
+    too_much,
+    unit,
+    weights_of,
+)
 from iridesce._fit_model import GeneralModel, HarmonicModel, Problem, describe, harmonics, read_problem
-from iridesce._fit_search import Start, starts
+from iridesce._fit_search import Start, round_trip_rate, starts
 from iridesce._fit_solve import Data, Fitted, Solver, student
 from iridesce._spectrum_file import Spectrum, read_spectrum
 
@@ -39,7 +50,8 @@ def __dir__() -> list[str]:
 
 
 _BASELINES = ("none", "constant", "linear", "quadratic")
-_THINNEST_NM, _THICKEST_NM = 5.0, 50_000.0
+_GAINS = ("linear", "quadratic")
+_THINNEST_NM, _THICKEST_NM = 1.0, 50_000.0
 _THICKEST_OF_SEVERAL_NM = 1_500.0
 _FEWEST_POINTS = 12
 _STARTS = 24
@@ -50,6 +62,12 @@ _LEAST_LIKELY = 1e-4
 # Free blur is taken in where it lowers the misfit by this many variances: by chance, one time in seventy.
 _WORTH_BLUR = 6.0
 _WIDEST_LINE_NM = 25.0
+# Residuals above this many times the noise, squared, say that something smooth is left.
+_SMOOTH_LEFT = 1.5
+# A more pliable gain and baseline are believed where they lower what is left to this share ...
+_WORTH_BENDING = 0.75
+# ... and where fringes that they cannot imitate are left: so many over the spectrum, by the degree of the gain.
+_FRINGES_FOR = (0.0, 1.0, 2.0)
 
 
 @dataclass(frozen=True)
@@ -64,8 +82,8 @@ class Solution:
     chi2             misfit over the noise, squared, a degree of freedom: 1 where the model explains the data; without a
                      noise given, over the scatter of neighbours in what is left
     weight           likelihood among the solutions; they add to 1
-    gain, gain_slope, baseline  measured = (gain + gain_slope x) * model + sum baseline_i x^i, x running from -1 to 1 over the
-                     wavelengths
+    gain, gain_slope, gain_bend, baseline  measured = (gain + gain_slope x + gain_bend x^2) * model + sum baseline_i x^i, x
+                     running from -1 to 1 over the wavelengths
     resolution_nm    full width at half maximum of the instrument's line (fitted, or as given)
     index            for each fitted index, by layer number: {"n": ...} or Cauchy's {"A": ..., "B_um2": ...}, with "sd" each
     wavelength_nm, fitted  the fitted curve in the unit of the measurement
@@ -86,6 +104,7 @@ class Solution:
     weight: float
     gain: float
     gain_slope: float
+    gain_bend: float
     baseline: tuple[float, ...]
     resolution_nm: float
     index: dict[int, dict[str, float]]
@@ -165,7 +184,7 @@ class FitResult(Sequence[Solution]):
         >>> film = ir.Stack(["air", ir.Layer(1.33, thickness_nm=500.0), "air"])
         >>> ax = ir.fit_thickness(nm, film.reflectance(nm), film).plot()
         >>> ax.get_lines()[1].get_label()
-        '500.0 nm'
+        '500.00 nm'
         """
         from iridesce.plot import _fit
 
@@ -203,7 +222,7 @@ def fit_thickness(
     polarization: str = "unpolarized",
     thickness_range_nm: Any = None,
     gain: float | str | None = None,
-    baseline: str = "constant",
+    baseline: str = "auto",
     resolution_nm: float | None = None,
     index: Any = None,
     noise: npt.ArrayLike | None = None,
@@ -219,18 +238,19 @@ def fit_thickness(
     (the edges of a spectrometer) is weighed, and residuals that hang together widen the intervals.
 
     wavelength_nm  vacuum wavelengths, in any order                                               (n,)
-    measured       reflectance, transmittance, or counts proportional to it; rows that are not finite are dropped, repeated
-                   wavelengths averaged, both told in ``notes``                                   (n,)
+    measured       reflectance, transmittance, or counts proportional to it; rows that are not finite, spikes, and wavelengths
+                   that a medium has no data for are dropped, repeated wavelengths averaged, all told in ``notes``   (n,)
     stack          text with ? for what is unknown, "air / soap ? / air"; a `Stack`; or a list whose unknown layers are bare
                    media, ["air", "soap", "air"]
     layer          which thickness of a `Stack` is unknown: number (1 is the first) or name of its medium, or several of
                    them; None: the ? of the text, or the only coherent layer
     quantity       "reflectance" or "transmittance"
     angle_deg, polarization  of the light, as for `Stack.reflectance`
-    thickness_range_nm  (low, high) or one pair for each unknown; None: 5 to 50 000 nm (several unknowns: 1 500)
-    gain           None: unknown, > 0; "linear": unknown, and changing in proportion to wavelength, as a lamp drifts; a number
-                   where it is known: 1.0 for a calibrated reflectance, 100.0 for percent
-    baseline       unknown "none", "constant", "linear" or "quadratic" stray light
+    thickness_range_nm  (low, high) or one pair for each unknown; None: 1 to 50 000 nm (several unknowns: 1 500)
+    gain           None: unknown, > 0; "linear", "quadratic": unknown, and changing along the wavelengths, as a lamp drifts; a
+                   number where it is known: 1.0 for a calibrated reflectance, 100.0 for percent
+    baseline       stray light: "none", "constant", "linear" or "quadratic"; "auto": constant, and where an unknown gain
+                   leaves something smooth that a changing gain and baseline take away, these, told in ``notes``
     resolution_nm  full width at half maximum of the instrument's line; None: unknown, found where the data show it
     index          None: known; "constant": one unknown n; "cauchy": n = A + B/lambda^2 with A, B unknown; or a dict of
                    these by layer. k stays that of the medium. Thickness and n are told apart by contrast and dispersion only:
@@ -238,7 +258,7 @@ def fit_thickness(
     noise          standard deviation of the measurement, in its unit; None: estimated                () or (n,)
     probability    of the intervals
     Returns        `FitResult`, a sequence of `Solution`, best first
-    Raises         ValueError: too few points, nothing that varies, a wavelength outside the data of a medium, a layer
+    Raises         ValueError: too few points, nothing that varies, all wavelengths outside the data of a medium, a layer
                    without fringes, and what else cannot be fitted
     Source         K. Levenberg, Quart. Appl. Math. 2, 164 (1944); D. W. Marquardt, J. SIAM 11, 431 (1963); variable
                    projection by L. Kaufman, BIT 15, 49 (1975)
@@ -253,34 +273,113 @@ def fit_thickness(
     """
     quantity = one_of("quantity", quantity, ("reflectance", "transmittance"))
     polarization = one_of("polarization", polarization, ("s", "p", "unpolarized"))
-    terms = _BASELINES.index(one_of("baseline", baseline, _BASELINES))
+    baseline = one_of("baseline", baseline, ("auto", *_BASELINES))
     angle = _number("angle_deg", angle_deg, low=0.0, high=90.0)
-    tilted = isinstance(gain, str) and gain == "linear"
-    fixed_gain = None if gain is None or tilted else _number("gain", gain, low=0.0)
+    bend = 0 if gain is None else _GAINS.index(one_of("gain", gain, _GAINS)) + 1 if isinstance(gain, str) else 0
+    fixed_gain = None if gain is None or isinstance(gain, str) else _number("gain", gain, low=0.0)
     if fixed_gain == 0.0:
-        raise ValueError('gain must be None, "linear" or > 0, got 0')
+        raise ValueError('gain must be None, "linear", "quadratic" or a number > 0, got 0')
     line = None if resolution_nm is None else _number("resolution_nm", resolution_nm, low=0.0) / FWHM
-    if _number("probability", probability, low=0.0, high=1.0) == 0.0:
+    if not 0.0 < _number("probability", probability, low=0.0, high=1.0) < 1.0:
         raise ValueError(f"probability must be > 0 and < 1, got {probability!r}")
     problem = read_problem(stack, layer, index, quantity, angle, polarization)
     notes: list[str] = []
-    nm, values, sd = _cleaned(wavelength_nm, measured, noise, notes)
-    parameters = len(problem.unknown) + problem.index_count + terms + (fixed_gain is None) + (line is None)
+    nm, values, sd = cleaned(wavelength_nm, measured, noise, notes)
+    known = inside_media(problem, nm, notes)
+    nm, values, sd = nm[known], values[known], None if sd is None else sd[known]
+    terms = 1 if baseline == "auto" else _BASELINES.index(baseline)
+    linear = terms + (fixed_gain is None) * (1 + bend)
+    parameters = len(problem.unknown) + problem.index_count + linear + (line is None)
     if nm.size < max(_FEWEST_POINTS, 2 * parameters):
-        raise ValueError(f"{nm.size} usable points are too few for {parameters} unknowns; at least {_FEWEST_POINTS}")
+        raise ValueError(
+            f"{nm.size} usable points are too few for {parameters} unknowns; at least {max(_FEWEST_POINTS, 2 * parameters)}"
+            + "".join(f"; {note}" for note in notes)
+        )
     # The stack's own complaint about wavelengths outside its media, before anything else.
     problem.with_thickness([100.0] * len(problem.unknown)).reflectance(nm[[0, -1]], angle)
-    weight = np.ones_like(nm) if sd is None else _unit(1.0 / sd)
+    # Squares of sizes far from 1 would run over or under; by a power of two nothing is rounded.
+    size = float(np.abs(values).max(initial=0.0))
+    scale = 1.0 if 1e-60 < size < 1e60 or size == 0.0 else 2.0 ** math.floor(math.log2(size))
+    values, sd = values / scale, None if sd is None else sd / scale
+    fixed_gain = None if fixed_gain is None else fixed_gain / scale
+    weight = np.ones_like(nm) if sd is None else unit(1.0 / sd)
     if np.ptp(values) <= 1e-12 * np.abs(values).max(initial=0.0):
         raise ValueError("measured does not vary with wavelength: there is nothing to fit")
     if sd is None:
-        calm = _calm(values, notes)
-        nm, values = nm[calm], values[calm]
-        weight = _even_weight(values, notes)
-    data = Data(nm, values, weight, fixed_gain, tilted, terms)
-    fit = _Fit(problem, data, line, sd is not None, float(probability), notes)
-    fit.bounds = _bounds(thickness_range_nm, problem, nm, notes)
-    return fit.result(None if sd is None else float(1.0 / np.sqrt(np.mean(1.0 / sd**2))))
+        steady = calm(values, notes)
+        nm, values = nm[steady], values[steady]
+        weight = even_weight(values, notes)
+    bounds = _bounds(thickness_range_nm, problem, nm, notes)
+    # From the stiffest gain and baseline to the most pliable.
+    plans = [(bend, terms)]
+    if baseline == "auto" and fixed_gain is None and nm.size >= 4 * (parameters + 4):
+        plans += [plan for plan in ((1, 2), (2, 3)) if plan[0] >= bend]
+
+    def run(plan: tuple[int, int]) -> FitResult:
+        fit = _Fit(problem, Data(nm, values, weight, fixed_gain, *plan), line, sd is not None, probability, list(notes))
+        fit.bounds = bounds
+        return fit.result(None if sd is None else float(1.0 / np.sqrt(np.mean(1.0 / sd**2))))
+
+    return _scaled(_first_that_fits(plans, run, problem), scale)
+
+
+class _NoFringesError(ValueError):
+    """Nothing above the noise."""
+
+
+def _first_that_fits(
+    plans: list[tuple[int, int]], run: Callable[[tuple[int, int]], FitResult], problem: Problem
+) -> FitResult:
+    """The stiffest plan that leaves nothing smooth, or the last that was worth it."""
+    result: FitResult | None = None
+    refusal: _NoFringesError | None = None
+    for plan in plans:
+        try:
+            found = run(plan)
+        except _NoFringesError as error:
+            refusal = refusal or error
+            continue
+        if plan != plans[0]:
+            fringes = _fringes(problem, found)
+            worth = result is None or found.best.misfit < _WORTH_BENDING * result.best.misfit
+            if fringes < _FRINGES_FOR[plan[0]] or not worth:
+                continue
+            words = ("", "changing along the spectrum", "bent along the spectrum")[plan[0]]
+            shape = ("none", "constant", "a line", "a parabola")[plan[1]]
+            note = f"an even gain does not fit; it was taken as {words}, the baseline as {shape} (a drifting lamp, stray light)"
+            found = replace(found, notes=(*found.notes, note))
+        result = found
+        if result.best.chi2 <= _SMOOTH_LEFT:
+            break
+    if result is None:
+        raise refusal or ValueError("the fit found no solution")
+    return result
+
+
+def _scaled(result: FitResult, scale: float) -> FitResult:
+    """The result in the measurement's own unit."""
+    if scale == 1.0:
+        return result
+    solutions = tuple(
+        replace(
+            one,
+            misfit=one.misfit * scale,
+            gain=one.gain * scale,
+            gain_slope=one.gain_slope * scale,
+            gain_bend=one.gain_bend * scale,
+            baseline=tuple(value * scale for value in one.baseline),
+            fitted=one.fitted * scale,
+        )
+        for one in result
+    )
+    return replace(result, solutions=solutions, measured=result.measured * scale, noise=result.noise * scale)
+
+
+def _fringes(problem: Problem, result: FitResult) -> float:
+    """How many fringes the best solution has over the spectrum, of all unknown layers together."""
+    thickness = np.atleast_1d(np.asarray(result.best.thickness_nm, dtype=float))
+    turns = [np.ptp(round_trip_rate(problem, result.wavelength_nm, which)) for which in range(thickness.size)]
+    return float(thickness @ np.array(turns) / (2.0 * np.pi))
 
 
 class _Fit:
@@ -302,7 +401,7 @@ class _Fit:
         solver = self._solver()
         best = candidates[0]
         if not self.noise_known:
-            weight = _weights_of(best.curve, self.data, self.notes)
+            weight = weights_of(best.curve, self.data, self.notes)
             if weight is not None:
                 self.data = replace(self.data, weight=weight)
                 solver = self._solver()
@@ -312,24 +411,28 @@ class _Fit:
         freedom = max(self.data.wavelength_nm.size - len(free) - self.data.linear_count, 1)
         variance = best.misfit / freedom
         residual = (self.data.measured - best.curve) * self.data.weight
-        correlation = _correlation(residual)
+        together = correlation(residual)
         if noise is not None:
             # Weights were 1/sd over their mean square: one unit of misfit is the mean noise.
-            scatter = max(variance / noise**2, 1.0)
-            unit = noise**2 * (scatter if scatter > _too_much(freedom) else 1.0)
-            if scatter > _too_much(freedom):
-                self.notes.append(f"the best curve misses the data by {math.sqrt(scatter):.2g} times the noise given")
+            excess = max(variance / noise**2, 1.0)
+            believed = excess <= too_much(freedom)
+            # What hangs together far below the noise is rounding, and no noise.
+            together = max(1.0, together * min(variance / noise**2, 1.0))
+            variance_a_point = noise**2 * (1.0 if believed else excess)
+            if not believed:
+                self.notes.append(f"the best curve misses the data by {math.sqrt(excess):.2g} times the noise given")
         else:
-            unit = variance
-        unit = max(unit * correlation, 1e-30 * float(np.mean((self.data.measured * self.data.weight) ** 2)))
-        if correlation > 1.5:
+            variance_a_point = variance
+        smallest = 1e-30 * float(np.mean((self.data.measured * self.data.weight) ** 2))
+        variance_a_point = max(variance_a_point * together, smallest)
+        if together > 1.5:
             self.notes.append("what is left hangs together along the spectrum; the intervals are widened for it")
-        self._must_show_fringes(solver, best, unit)
+        self._must_show_fringes(solver, best, variance_a_point)
         limit = -2.0 * math.log(_LEAST_LIKELY)
-        kept = [one for one in candidates if (one.misfit - best.misfit) / unit <= limit]
-        likely = np.exp([-0.5 * (one.misfit - best.misfit) / unit for one in kept])
+        kept = [one for one in candidates if (one.misfit - best.misfit) / variance_a_point <= limit]
+        likely = np.exp([-0.5 * (one.misfit - best.misfit) / variance_a_point for one in kept])
         solutions = self._without_overlap(
-            [self._solution(solver, one, unit, freedom, noise or _scatter(residual)) for one in kept], likely
+            [self._solution(solver, one, variance_a_point, freedom, noise or scatter(residual)) for one in kept], likely
         )
         self._remarks(solutions, best)
         return FitResult(
@@ -350,8 +453,8 @@ class _Fit:
         terms, target = solver.terms, solver.target
         left = target - terms @ np.linalg.lstsq(terms, target, rcond=None)[0] if terms.shape[1] else target
         trials = max(float(np.ptp(self.bounds, axis=1).max()) / 10.0, 10.0) ** self.unknown
-        if (float(left @ left) - best.misfit) / unit < 12.0 + 2.0 * math.log(trials):
-            raise ValueError(
+        if (float(left @ left) - best.misfit) / unit < 12.0 + 2.0 * math.log(trials) + 4.0 * self.data.bend:
+            raise _NoFringesError(
                 "the spectrum shows no fringes above its noise: no thickness can be told from it"
                 " (thin films need a known gain: gain=1.0 for a calibrated reflectance)"
             )
@@ -495,6 +598,7 @@ class _Fit:
             1.0,
             float(one.gain[0]),
             float(one.gain[1]),
+            float(one.gain[2]),
             tuple(float(value) for value in one.baseline),
             float(np.sqrt(one.parameters[-1]) * FWHM),
             index,
@@ -527,158 +631,32 @@ class _Fit:
             self.notes.append(
                 f"the fringes are paler than even a line of {_WIDEST_LINE_NM:g} nm makes them: uneven film, or another stack"
             )
-        if solutions[0].chi2 > 1.5 and not self.noise_known:
+        if solutions[0].chi2 > _SMOOTH_LEFT and not self.noise_known:
             self.notes.append(
                 f"something smooth is left, {math.sqrt(solutions[0].chi2):.2g} times the noise: the index, a drifting lamp "
                 '(gain="linear", baseline="linear") or another stack; the interval does not know of it'
+            )
+        if self.data.gain is None and solutions[0].chi2 > _SMOOTH_LEFT and self._smooth_is_better(best):
+            self.notes.append(
+                "a parabola describes the spectrum better than any film does: there may be no fringes in it at all; "
+                "a known gain (gain=1.0 for a calibrated reflectance) would tell"
             )
         spread = float(np.std(self.data.measured))
         left = float(np.std(self.data.measured - best.curve))
         if left > 0.7 * spread:
             self.notes.append("the model explains less than half of what varies: doubt the stack or the data")
 
+    def _smooth_is_better(self, best: Fitted) -> bool:
+        basis = np.stack([self.data.x**power for power in range(3)], axis=1) * self.data.weight[:, None]
+        target = self.data.measured * self.data.weight
+        left = target - basis @ np.linalg.lstsq(basis, target, rcond=None)[0]
+        return float(left @ left) < best.misfit
+
 
 def _within(one: Solution, other: Solution) -> bool:
     if isinstance(other.thickness_nm, float):
         return bool(other.interval_nm[0] <= one.thickness_nm <= other.interval_nm[1])
     return all(low <= value <= high for value, (low, high) in zip(one.thickness_nm, other.interval_nm, strict=True))
-
-
-# --- data
-
-
-def _cleaned(
-    wavelength_nm: npt.ArrayLike, measured: npt.ArrayLike, noise: npt.ArrayLike | None, notes: list[str]
-) -> tuple[Floats, Floats, Floats | None]:
-    """Ascending, finite, one value a wavelength; what was changed goes into the notes."""
-    nm, values = _column("wavelength_nm", wavelength_nm), _column("measured", measured)
-    if nm.shape != values.shape:
-        raise ValueError(f"wavelength_nm and measured must be of one length, got {nm.size} and {values.size}")
-    sd: Floats | None = None
-    if noise is not None:
-        given = _column("noise", np.atleast_1d(np.asarray(noise)))
-        if given.size not in (1, nm.size):
-            raise ValueError(f"noise must be one number or one a point ({nm.size}), got {given.size}")
-        sd = np.broadcast_to(given, nm.shape).copy()
-    good = np.isfinite(nm) & np.isfinite(values) & (nm > 0.0)
-    if sd is not None:
-        good &= np.isfinite(sd) & (sd > 0.0)
-    dropped = int(nm.size - good.sum())
-    if dropped:
-        notes.append(f"{dropped} of {nm.size} points dropped: not finite, or a wavelength or noise that is not > 0")
-    nm, values = nm[good], values[good]
-    sd = None if sd is None else sd[good]
-    if nm.size == 0:
-        raise ValueError("wavelength_nm and measured hold no usable point")
-    order = np.argsort(nm, kind="stable")
-    if np.any(np.diff(nm) < 0.0) and not np.all(np.diff(nm) <= 0.0):
-        notes.append("the wavelengths were not in order; they have been sorted")
-    nm, values = nm[order], values[order]
-    sd = None if sd is None else sd[order]
-    unique, inverse, counts = np.unique(nm, return_inverse=True, return_counts=True)
-    if unique.size < nm.size:
-        notes.append(f"{nm.size - unique.size} repeated wavelengths: their values have been averaged")
-        values = np.bincount(inverse, values) / counts
-        sd = None if sd is None else np.sqrt(np.bincount(inverse, sd**2)) / counts
-        nm = unique
-    return nm, values, sd
-
-
-def _column(name: str, values: npt.ArrayLike) -> Floats:
-    try:
-        array = np.asarray(np.ma.filled(values, np.nan) if isinstance(values, np.ma.MaskedArray) else values)
-        numbers = array.astype(np.float64)
-    except (ValueError, TypeError):
-        raise ValueError(f"{name} must be numbers, got {values!r:.60}") from None
-    if array.dtype.kind not in "iuf" or numbers.ndim != 1:
-        raise ValueError(f"{name} must be real numbers along one axis, got shape {array.shape} of type {array.dtype}")
-    return np.asarray(numbers)
-
-
-def _unit(weight: Floats) -> Floats:
-    """Weights whose squares have the mean 1."""
-    return np.asarray(weight / np.sqrt(np.mean(weight**2)))
-
-
-def _calm(values: Floats, notes: list[str]) -> npt.NDArray[np.bool_]:
-    """Which points are no spikes: those that jump from the median of their four neighbours far more than others do."""
-    if values.size < 30:
-        return np.ones(values.size, dtype=bool)
-    padded = np.pad(values, 2, mode="reflect")
-    neighbours = np.stack([padded[shift : shift + values.size] for shift in (0, 1, 3, 4)])
-    jump = np.abs(values - np.median(neighbours, axis=0))
-    # The local scale, so that the noisy edges of a spectrometer are not taken for spikes.
-    width = max(values.size // 12, 15)
-    blocks = np.array([np.median(block) for block in np.array_split(jump, max(values.size // width, 1))])
-    scale = np.interp(np.linspace(0.0, 1.0, values.size), np.linspace(0.0, 1.0, blocks.size), blocks)
-    calm = jump <= 15.0 * np.maximum(scale, np.median(jump))
-    calm[:2] = calm[-2:] = True  # with neighbours on one side only, a slope looks like a jump
-    spikes = int(values.size - calm.sum())
-    if spikes == 0 or spikes > values.size // 20 or not np.median(jump) > 0.0:
-        return np.ones(values.size, dtype=bool)
-    notes.append(f"{spikes} of {values.size} points dropped: spikes that no neighbour shares")
-    return np.asarray(calm)
-
-
-def _even_weight(values: Floats, notes: list[str]) -> Floats:
-    """Weights from the scatter between neighbours, where that is far from even: the dark edges of a spectrometer."""
-    if values.size < 60:
-        return np.ones_like(values)
-    second = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2]) / math.sqrt(6.0)
-    local = _local_scatter(np.r_[second[0], second, second[-1]], values.size // 12)
-    typical = float(np.median(local))
-    if typical <= 0.0 or local.max() < 6.0 * typical:
-        return np.ones_like(values)
-    notes.append("the noise is uneven along the spectrum: noisy parts count less")
-    return _unit(1.0 / np.maximum(local, 0.5 * typical))
-
-
-def _weights_of(curve: Floats, data: Data, notes: list[str]) -> Floats | None:
-    """Weights from what a fit has left, or None where it is even within chance."""
-    residual = np.abs(data.measured - curve)
-    if residual.size < 60:
-        return None
-    local = _local_scatter(residual, residual.size // 12)
-    typical = float(np.median(local))
-    if typical <= 0.0 or local.max() < 2.5 * typical:
-        return None
-    note = "the noise is uneven along the spectrum: noisy parts count less"
-    if note not in notes:
-        notes.append(note)
-    return _unit(1.0 / np.maximum(local, 0.5 * typical))
-
-
-def _local_scatter(size: Floats, width: int) -> Floats:
-    """Root mean square within a window, outliers cut at four times the median."""
-    width = max(width | 1, 11)
-    clipped = np.minimum(size, 8.0 * np.median(size)) ** 2
-    padded = np.pad(clipped, width // 2, mode="reflect")
-    sums = np.cumsum(np.r_[0.0, padded])
-    return np.asarray(np.sqrt((sums[width:] - sums[:-width]) / width))
-
-
-def _correlation(residual: Floats) -> float:
-    """By how much the variance of a mean exceeds that of independent residuals: (1 + rho)/(1 - rho) for neighbours' rho."""
-    centred = residual - residual.mean()
-    size = float(centred @ centred)
-    if size == 0.0:
-        return 1.0
-    rho = float(centred[1:] @ centred[:-1]) / size
-    if rho < 3.0 / math.sqrt(residual.size):
-        return 1.0
-    rho = min(rho, 0.98)
-    return (1.0 + rho) / (1.0 - rho)
-
-
-def _scatter(residual: Floats) -> float:
-    """Noise from second differences of what is left, in which what the model misses smoothly does not show."""
-    size = math.sqrt(float(np.mean((residual[2:] - 2.0 * residual[1:-1] + residual[:-2]) ** 2)) / 6.0)
-    return max(size, 1e-150)
-
-
-def _too_much(freedom: int) -> float:
-    """A chi2 a degree of freedom above which the noise given, or the model, is wrong: five standard deviations."""
-    return 1.0 + 5.0 * math.sqrt(2.0 / freedom)
 
 
 def _bounds(given: Any, problem: Problem, nm: Floats, notes: list[str]) -> Floats:

@@ -216,6 +216,20 @@ class Image:
         finally:
             self._developed = before  # showing a picture is no statement about it
 
+    def exposure_stops(self, exposure: float | str = "auto") -> float:
+        """The stops that an exposure means for this picture; give them to others that are to match it.
+
+        exposure  "auto", or stops from -64 to 64
+        Returns   stops: linear values are multiplied by 2**stops
+        Raises    ValueError for anything else
+
+        >>> import iridesce as ir
+        >>> image = ir.render("soap-bubble", samples=1, size=(8, 8))
+        >>> image.exposure_stops("auto") == image.exposure_stops(), image.exposure_stops(1.5)
+        (True, 1.5)
+        """
+        return self._stops(exposure)
+
     def _stops(self, exposure: float | str) -> float:
         if isinstance(exposure, str):
             if exposure != "auto":

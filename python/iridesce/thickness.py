@@ -159,13 +159,13 @@ class ThicknessModel:
             ends = (float(given[0]), float(given[1]), float(given[2]), float(given[3]))
         if self._core is not None:
             return ThicknessMap(self._core.map(**sides, extent=ends))
+        if self._kind == "flow":
+            own = self._values
+            which = (own["preset"], own["time_s"], own["seed"], own.get("columns"))
+            return ThicknessMap(_core.flow_map(*which, sides["width"], sides["height"]))
         u = (np.arange(sides["width"]) + 0.5) / sides["width"]
         v = 1.0 - (np.arange(sides["height"]) + 0.5) / sides["height"]
-        whole = (
-            ThicknessMap(_core.flow_field(**self._values))
-            if self._kind == "flow"
-            else ThicknessMap.load(**self._values)
-        )
+        whole = ThicknessMap.load(**self._values)
         return ThicknessMap(whole.sample(u[None, :], v[:, None]))
 
     def to_scene(self) -> float | dict[str, Any]:
@@ -277,14 +277,15 @@ def map(path: str | os.PathLike[str], min_nm: float | None = None, max_nm: float
     return ThicknessModel("map", {"path": path, "min_nm": min_nm, "max_nm": max_nm})
 
 
-def flow(preset: str, time_s: float, seed: int = 1) -> ThicknessModel:
+def flow(preset: str, time_s: float, seed: int = 1, columns: int | None = None) -> ThicknessModel:
     """A film that has flowed for some seconds, laid over a sphere by its u and v; a dome is mirrored below its rim.
 
     preset   one of `presets`
     time_s   0 to 600 s since the film was made
     seed     0 to 2**64 - 1; another seed, another film
+    columns  cells around, 16 to 16384; None: the preset's own. Between cells the film is smooth (cubic)
     Returns  ThicknessModel; the film flows when the model is used, which takes several seconds for each of its own. The
-             last few are remembered
+             last few are remembered, and a later time goes on from an earlier one
     Raises   ValueError naming the argument and the value
 
     >>> flow("bubble-on-bath", 0.1).to_scene()
@@ -297,12 +298,15 @@ def flow(preset: str, time_s: float, seed: int = 1) -> ThicknessModel:
         raise ValueError(f"preset must be one of {', '.join(presets())}, got {preset!r:.60}")
     if not 0.0 <= number("time_s", time_s) <= 600.0:
         raise ValueError(f"time_s must be from 0 to 600 s, got {time_s!r:.60}")
-    return ThicknessModel("flow", {"preset": preset, "time_s": time_s, "seed": whole("seed", seed, 0, 2**64 - 1)})
+    values: dict[str, Any] = {"preset": preset, "time_s": time_s, "seed": whole("seed", seed, 0, 2**64 - 1)}
+    if columns is not None:
+        values["columns"] = whole("columns", columns, 16, 16384)
+    return ThicknessModel("flow", values)
 
 
 def _parameter(name: str, value: Any) -> Any:
     """One parameter of a model, checked for its type: a number, three of them, or a path."""
-    if name in ("preset", "seed"):
+    if name in ("preset", "seed", "columns"):
         return value
     if name == "path":
         return file_name(value)

@@ -2,8 +2,9 @@
 
 use std::sync::Mutex;
 
-use iridesce::thickness::ThicknessError;
-use iridesce::thickness::flow::{Film, FlowError, PRESETS, Parameters, field};
+use iridesce::scene::flow_field;
+use iridesce::thickness::flow::{Film, FlowError, PRESETS, Parameters, stand, standing, watch_fields};
+use iridesce::thickness::{ThicknessError, ThicknessModel};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -137,12 +138,69 @@ fn failed(error: FlowError) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
-/// A preset's film at a time, over a whole sphere; the last few are remembered.
+/// A preset's film at a time on a grid of any size, smooth between its own cells.
 #[pyfunction]
-fn flow_field<'py>(py: Python<'py>, preset: &str, time_s: f64, seed: u64) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let map = py.detach(|| field(preset, time_s, seed)).map_err(failed)?;
-    let shape = [map.height(), map.width()];
-    map.thickness_nm().to_vec().into_pyarray(py).reshape(shape)
+#[allow(clippy::too_many_arguments)] // the arguments of a Python function
+fn flow_map<'py>(
+    py: Python<'py>,
+    preset: &str,
+    time_s: f64,
+    seed: u64,
+    columns: Option<usize>,
+    width: usize,
+    height: usize,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let flowed = py.detach(|| flow_field(preset, time_s, seed, columns));
+    let field = flowed.map_err(|error| interruption().unwrap_or_else(|| failed(error)))?;
+    let map = py.detach(|| ThicknessModel::Flow(field).map(width, height, None)).map_err(wrong)?;
+    map.into_thickness_nm().into_pyarray(py).reshape([height, width])
+}
+
+/// What ended the last film that flowed for a scene: an exception of its watcher, or Ctrl-C.
+static INTERRUPTION: Mutex<Option<PyErr>> = Mutex::new(None);
+/// Called as `watcher(reached_s, asked_s)` while a film flows for a scene.
+static WATCHER: Mutex<Option<Py<PyAny>>> = Mutex::new(None);
+
+fn locked<T>(of: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+/// The exception that stopped a film, if one did; it is handed out once.
+pub fn interruption() -> Option<PyErr> {
+    locked(&INTERRUPTION).take()
+}
+
+fn goes_on(reached_s: f64, asked_s: f64) -> bool {
+    let heard = Python::attach(|py| {
+        py.check_signals()?;
+        let watcher = locked(&WATCHER).as_ref().map(|watcher| watcher.clone_ref(py));
+        watcher.map_or(Ok(()), |watcher| watcher.call1(py, (reached_s, asked_s)).map(|_| ()))
+    });
+    heard.map_err(|error| *locked(&INTERRUPTION) = Some(error)).is_ok()
+}
+
+/// Has `watcher(reached_s, asked_s)` called at every step of films that flow while a scene is read; None: nobody.
+#[pyfunction]
+fn flow_watch(watcher: Option<Py<PyAny>>) {
+    *locked(&WATCHER) = watcher;
+}
+
+/// A film that flowed for a scene, where it stands now, to be given to `flow_stand`.
+#[pyfunction]
+fn flow_standing<'py>(
+    py: Python<'py>,
+    preset: &str,
+    seed: u64,
+    columns: Option<usize>,
+) -> PyResult<Option<Bound<'py, PyBytes>>> {
+    let bytes = py.detach(|| standing(preset, seed, columns)).map_err(failed)?;
+    Ok(bytes.map(|bytes| PyBytes::new(py, &bytes)))
+}
+
+/// Lets films of scenes go on from where one stood.
+#[pyfunction]
+fn flow_stand(py: Python<'_>, preset: &str, seed: u64, columns: Option<usize>, bytes: Vec<u8>) -> PyResult<()> {
+    py.detach(|| stand(preset, seed, columns, &bytes)).map_err(failed)
 }
 
 /// Names of the presets.
@@ -154,6 +212,10 @@ fn flow_presets() -> Vec<&'static str> {
 /// Adds this stage's names to `_core`.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Flow>()?;
-    module.add_function(wrap_pyfunction!(flow_field, module)?)?;
+    watch_fields(goes_on);
+    module.add_function(wrap_pyfunction!(flow_map, module)?)?;
+    module.add_function(wrap_pyfunction!(flow_watch, module)?)?;
+    module.add_function(wrap_pyfunction!(flow_standing, module)?)?;
+    module.add_function(wrap_pyfunction!(flow_stand, module)?)?;
     module.add_function(wrap_pyfunction!(flow_presets, module)?)
 }

@@ -6,6 +6,8 @@ use iridesce::scene::{Node, Origin, Scene as CoreScene, SceneError, Value, built
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyComplex, PyComplexMethods, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
 
+use crate::flow::interruption;
+
 /// Deepest nesting of a dict: beyond it Python's own recursion is in danger.
 const MAX_DEPTH: usize = 64;
 /// Longest list: objects may be many, and nothing else is.
@@ -22,7 +24,7 @@ pub struct Scene {
 impl Scene {
     #[staticmethod]
     fn builtin(py: Python<'_>, name: &str) -> PyResult<Scene> {
-        wrap(py, CoreScene::builtin(name))
+        wrap(py, py.detach(|| CoreScene::builtin(name)))
     }
 
     #[staticmethod]
@@ -78,7 +80,7 @@ impl Scene {
 }
 
 fn wrap(py: Python<'_>, scene: Result<CoreScene, SceneError>) -> PyResult<Scene> {
-    scene.map(|inner| Scene { inner }).map_err(|error| to_python(py, error))
+    scene.map(|inner| Scene { inner }).map_err(|error| interruption().unwrap_or_else(|| to_python(py, error)))
 }
 
 /// `iridesce.SceneError` with its place, or `iridesce.ResourceError`.

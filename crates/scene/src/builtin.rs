@@ -5,8 +5,10 @@ use crate::model::{Origin, Scene};
 use crate::reader::suggestion;
 use crate::tree::quoted;
 
-const SCENES: [(&str, &str); 6] = [
+const SCENES: [(&str, &str); 8] = [
     ("soap-bubble", include_str!("../scenes/soap-bubble.toml")),
+    ("soap-dome", include_str!("../scenes/soap-dome.toml")),
+    ("soap-film-frame", include_str!("../scenes/soap-film-frame.toml")),
     ("newtons-rings", include_str!("../scenes/newtons-rings.toml")),
     ("newtons-rings-sodium", include_str!("../scenes/newtons-rings-sodium.toml")),
     ("oil-slick", include_str!("../scenes/oil-slick.toml")),

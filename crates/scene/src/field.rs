@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use iridesce_thickness::flow::FlowField;
 use iridesce_thickness::{Gradient, LensGap, ThicknessMap, ThicknessModel, Wedge};
 
 use crate::model::{Shape, Unit};
@@ -39,6 +40,7 @@ enum Laid {
         square_mm: f64,
     },
     Map(Arc<ThicknessMap>, Chart),
+    Flow(Arc<FlowField>, Chart),
 }
 
 impl ThicknessField {
@@ -84,6 +86,16 @@ impl ThicknessField {
                 Laid::LensGap { gap: *gap, center, axis, square_mm: unit.millimetres().powi(2) }
             }
             ThicknessModel::Map(map) => Laid::Map(map.clone(), Chart::new(shape)),
+            ThicknessModel::Flow(field) => {
+                let chart = match *shape {
+                    // A dome lies on its sphere, whatever else is laid over it by its rim.
+                    Shape::Cap { center, axis, radius_of_curvature, .. } if field.is_globe() => {
+                        Chart::Globe { center: difference(center, scaled(axis, radius_of_curvature)) }
+                    }
+                    _ => Chart::new(shape),
+                };
+                Laid::Flow(field.clone(), chart)
+            }
         };
         Ok(ThicknessField { model, laid, max_nm })
     }
@@ -105,6 +117,10 @@ impl ThicknessField {
             Laid::Map(map, chart) => {
                 let [u, v] = chart.uv(point);
                 map.sample_with(u, v, chart.repeats())
+            }
+            Laid::Flow(field, chart) => {
+                let [u, v] = chart.uv(point);
+                field.sample(u, v)
             }
         }
     }

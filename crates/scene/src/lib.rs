@@ -12,6 +12,7 @@ mod edit;
 mod error;
 mod field;
 mod files;
+mod films;
 mod grid;
 mod lights;
 mod load;
@@ -30,6 +31,7 @@ mod validate;
 
 pub use builtin::{builtin_names, builtin_text};
 pub use error::SceneError;
+pub use films::field as flow_field;
 pub use grid::{read_thickness_map, thickness_exr};
 pub use map::check_size;
 pub use model::*;

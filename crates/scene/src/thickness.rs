@@ -121,12 +121,16 @@ fn swirls(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneErro
 
 /// A film that has flowed for some seconds; the run is made here.
 fn flow(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneError> {
-    let table = Table::new(node, path, &["preset", "time_s", "seed"], &[])?;
+    let table = Table::new(node, path, &["preset", "time_s", "seed", "columns"], &[])?;
     let preset = table.needed_text("preset")?;
     let rule = format!("a time in s, from 0 to {MOST_SECONDS}");
     let time_s = table.needed_number("time_s", &rule, |v| (0.0..=MOST_SECONDS).contains(&v))?;
     let seed = table.whole("seed", defaults::FLOW_SEED, 0, u64::MAX)?;
-    let map = iridesce_thickness::flow::field(preset, time_s, seed).map_err(|e| match e {
+    let columns = match table.get("columns") {
+        None => None,
+        Some(_) => Some(table.whole("columns", 0, 16, 16384)? as usize),
+    };
+    let field = crate::films::field(preset, time_s, seed, columns).map_err(|e| match e {
         FlowError::Parameter(e) => at_key(&table, node, e),
         other => SceneError::new(other.to_string()).at(table.path("preset"), node.line),
     })?;
@@ -134,8 +138,9 @@ fn flow(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneError>
         ("preset", Node::text(preset)),
         ("time_s", Node::number(time_s)),
         ("seed", Value::Int(seed.into()).into()),
+        ("columns", Value::Int(field.map().width() as i128).into()),
     ]);
-    Ok((ThicknessModel::Map(map), tree))
+    Ok((ThicknessModel::Flow(field), tree))
 }
 
 /// A map and its range.

@@ -176,6 +176,7 @@ impl ThicknessModel {
             ThicknessModel::Wedge(wedge) => wedge.at_point([x, y, 0.0]),
             ThicknessModel::LensGap(gap) => gap.at_square(x * x + y * y),
             ThicknessModel::Map(map) => map.sample(x, y),
+            ThicknessModel::Flow(field) => field.sample(x, y),
         })
     }
 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{ThicknessError, check_nm};
+use crate::flow::FlowField;
 use crate::gradient::Gradient;
 use crate::lens_gap::LensGap;
 use crate::map::ThicknessMap;
@@ -24,6 +25,8 @@ pub enum ThicknessModel {
     LensGap(LensGap),
     /// A grid laid over the object by its u and v.
     Map(Arc<ThicknessMap>),
+    /// A film that has flowed, laid over the object by its u and v.
+    Flow(Arc<FlowField>),
 }
 
 impl ThicknessModel {
@@ -56,6 +59,7 @@ impl ThicknessModel {
             ThicknessModel::Wedge(wedge) => wedge.max_nm(),
             ThicknessModel::LensGap(gap) => gap.max_nm(),
             ThicknessModel::Map(map) => map.max_nm(),
+            ThicknessModel::Flow(field) => field.max_nm(),
         }
     }
 }

@@ -4,6 +4,7 @@
 use std::f64::consts::TAU;
 
 use super::runs::{self, Half, Phase, Run, Slopes};
+use super::slabs::averages;
 use super::solver::lasing;
 use crate::fresnel::Polarization;
 use crate::incidence::{Incidence, sqrt_upper};
@@ -217,7 +218,7 @@ struct Problem<'a> {
     halves: Vec<Half>,
     phases: Vec<Phase>,
     k0_d: Vec<f64>,
-    /// Media whose two faces add powers; as for the solver, not where the wave inside decays faster than it oscillates.
+    /// Media whose two faces add powers; as for the solver, not where there is no phase to average.
     slabs: Vec<usize>,
 }
 
@@ -235,7 +236,7 @@ impl<'a> Problem<'a> {
             indices.iter().enumerate().map(|(j, &n)| half(indices[0].re, n, j == 0, incidence, polarization)).collect();
         let k0_d: Vec<f64> = thickness_nm.iter().map(|d| k0 * d).collect();
         let phases = halves[1..].iter().zip(&k0_d).map(|(half, d)| Phase::new(half.kz_squared, *d)).collect();
-        let is_slab = |j: &usize| !coherent[j - 1] && halves[*j].kz.im < halves[*j].kz.re;
+        let is_slab = |j: &usize| !coherent[j - 1] && averages(indices[*j], halves[*j].kz, k0_d[j - 1]);
         let slabs = (1..=coherent.len()).filter(is_slab).collect();
         Problem { indices, incidence, polarization, k0, halves, phases, k0_d, slabs }
     }

@@ -10,9 +10,31 @@
 //! (the mean over a full turn of an analytic function is its value at the centre, so no cross term is left). Squared
 //! fields are kept rather than fluxes inside absorbing slabs, where the fluxes of two crossing waves do not add.
 
+use std::f64::consts::FRAC_PI_2;
+
 use super::solver::{Light, Powers, Solver, lasing};
-use crate::OpticsError;
 use crate::fresnel::Polarization;
+use crate::{Complex64, OpticsError};
+
+/// Admittances turned by less than this, radians, are those of clear media: their faces reflect at most 1 % more than all.
+const CLEAR: f64 = 0.005;
+
+/// Whether a layer that is meant to be incoherent has a phase to average, at optical thickness `k0_d = 2 pi d/lambda`.
+///
+/// It has none where the wave decays faster than it oscillates. And where the medium absorbs, the admittance of its wave
+/// is complex, of argument `theta`, and a passive face can reflect more field than meets it, by up to
+/// `tan(pi/4 + theta/2) = exp(asinh(tan theta))`. Between two such faces light would grow from bounce to bounce, and the
+/// sum over bounces have no meaning, unless the way there and back takes more than that: `asinh(tan theta) <= Im kz k0 d`.
+/// For weak absorption that is a phase of one radian.
+pub(super) fn averages(n: Complex64, kz: Complex64, k0_d: f64) -> bool {
+    if kz.im >= kz.re {
+        return false;
+    }
+    // q = kz for s, kz/n^2 for p; gain is left to the lasing threshold.
+    let (of_kz, of_n) = (kz.im.atan2(kz.re), n.im.atan2(n.re));
+    let theta = of_kz.abs().max((2.0 * of_n - of_kz).abs());
+    n.im <= 0.0 || theta < CLEAR || (theta < FRAC_PI_2 && theta.tan().asinh() <= kz.im * k0_d)
+}
 
 /// A coherent run: the media at its ends, and what it does with light from above and from below.
 struct Run {
@@ -115,5 +137,33 @@ impl Solver {
             down = if m < pass.len() { leaving * pass[m] } else { 0.0 };
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Polarization, Solver};
+    use crate::Complex64;
+    use crate::incidence::Incidence;
+
+    /// Thin absorbing "slabs", in which a sum over bounces would grow without end, absorb no less than nothing.
+    #[test]
+    fn no_light_out_of_thin_absorbing_slabs() {
+        let n = [(1.0, 0.0), (1.5, 1.2), (0.3, 0.29), (1.8, 1.7), (2.0, 0.0)].map(|(n, k)| Complex64::new(n, k));
+        let mut solver = Solver::new();
+        for step in 0..400 {
+            let d = 0.5 * 1.03_f64.powi(step);
+            for degrees in [0.0, 16.0, 30.0, 60.0, 85.0] {
+                for polarization in [Polarization::S, Polarization::P] {
+                    let incidence = Incidence::from_degrees(degrees).unwrap();
+                    solver.prepare(&n, &[d, 0.7 * d, 1.3 * d], &[false; 3], 550.0, incidence);
+                    let mut layers = [0.0; 3];
+                    let powers = solver.powers_and_layers(polarization, &mut layers).unwrap();
+                    let sum = powers.reflectance + powers.transmittance + layers.iter().sum::<f64>();
+                    assert!((sum - 1.0).abs() < 1e-12, "d = {d}, {degrees} degrees: {powers:?}, {layers:?}");
+                    assert!(powers.reflectance < 1.0 && powers.transmittance < 1.0);
+                }
+            }
+        }
     }
 }

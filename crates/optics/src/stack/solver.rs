@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::march::{Field, Wave};
+use super::slabs::averages;
 use crate::fresnel::{Amplitudes, Polarization};
 use crate::incidence::{Incidence, sqrt_upper};
 use crate::{Complex64, OpticsError};
@@ -70,8 +71,8 @@ impl Solver {
     /// it is coherent.
     ///
     /// An incoherent slab is the mean over the phase of a propagating wave. Where the wave inside decays faster than it
-    /// oscillates (total reflection, metals) there is no such phase, and the slab counts as coherent; one thick enough
-    /// to be a slab gives the same result either way.
+    /// oscillates (total reflection, metals), or where a slab absorbs and is thinner than about one radian, there is no
+    /// such phase, and it counts as coherent; one thick enough to be a slab gives the same result either way.
     pub fn prepare(
         &mut self,
         indices: &[Complex64],
@@ -101,8 +102,9 @@ impl Solver {
             self.kz.push(kz);
             if j < last {
                 self.has_gain |= n.im < 0.0;
-                self.waves.push(Wave::new(kz_squared, TAU * thickness_nm[j - 1] / wavelength_nm));
-                if !coherent[j - 1] && kz.im < kz.re {
+                let k0_d = TAU * thickness_nm[j - 1] / wavelength_nm;
+                self.waves.push(Wave::new(kz_squared, k0_d));
+                if !coherent[j - 1] && averages(n, kz, k0_d) {
                     self.slabs.push(j);
                 }
             }

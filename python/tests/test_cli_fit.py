@@ -1,0 +1,89 @@
+"""The verb ``fit`` as a user meets it."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+import iridesce as ir
+from conftest import Run
+
+STACK = "air / SiO2 ? / Si"
+
+
+@pytest.fixture
+def spectrum(tmp_path: Path) -> Path:
+    """A film of 612 nm as a German spectrometer writes it."""
+    nm = np.arange(420.0, 760.0, 1.0)
+    values = ir.Stack.parse("air / SiO2 612 / Si").reflectance(nm)
+    values = values + 1e-3 * np.random.default_rng(1).standard_normal(nm.size)
+    rows = [f"{a:.1f};{100.0 * b:.4f}".replace(".", ",") for a, b in zip(nm, values, strict=True)]
+    file = tmp_path / "film.csv"
+    file.write_text("Wellenl\u00e4nge [nm];Reflexion [%]\n" + "\n".join(rows) + "\n", encoding="latin-1")
+    return file
+
+
+def test_words_json_curves_and_picture(iridesce: Run, tmp_path: Path, spectrum: Path) -> None:
+    finished = iridesce("fit", spectrum.name, "--stack", STACK, "-o", "fit.png", "-o", "fit.csv", "-o", "fit.json")
+    assert finished.returncode == 0, finished.stderr
+    assert "1 plausible solution, 340 points" in finished.stdout and "612." in finished.stdout.replace("611.9", "612.")
+    assert finished.stdout.endswith("fit.png\nfit.csv\nfit.json\n")
+    assert "percent" in finished.stderr
+    picture = matplotlib.image.imread(io.BytesIO((tmp_path / "fit.png").read_bytes()), format="png")
+    assert picture.shape[1] >= 700 and picture[..., :3].std() > 0.05
+    rows = list(csv.DictReader((tmp_path / "fit.csv").read_text().splitlines()))
+    assert len(rows) == 340 and list(rows[0]) == ["wavelength_nm", "measured", "fitted_1"]
+    assert all(abs(float(row["fitted_1"]) - float(row["measured"])) < 0.006 for row in rows)
+    told = json.loads((tmp_path / "fit.json").read_text())
+    assert told["solutions"][0]["thickness_nm"] == pytest.approx(612.0, abs=0.5)
+    assert told["fitted_1"][0] == pytest.approx(float(rows[0]["fitted_1"]), rel=1e-9)
+
+
+def test_json_is_the_answer_of_the_library(iridesce: Run, spectrum: Path) -> None:
+    finished = iridesce(
+        "fit", spectrum.name, "--stack", STACK, "--gain", "1", "--range", "300:900", "--from", "450", "--to", "700",
+        "--resolution", "0", "--baseline", "none", "--probability", "0.68", "--json",
+    )  # fmt: skip
+    assert finished.returncode == 0, finished.stderr
+    told = json.loads(finished.stdout)
+    nm, measured, column, _ = ir.fit.read_spectrum(spectrum)
+    inside = (nm >= 450.0) & (nm <= 700.0)
+    result = ir.fit_thickness(
+        nm[inside], measured[inside], STACK, gain=1.0, thickness_range_nm=(300.0, 900.0), resolution_nm=0.0,
+        baseline="none", probability=0.68,
+    )  # fmt: skip
+    assert told["column"] == column and told["points"] == 251
+    assert told["solutions"] == json.loads(json.dumps(result.to_dict()))["solutions"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (("none.csv", "--stack", STACK), 3, "no such file"),
+        (("film.csv",), 2, "--stack"),
+        (("film.csv", "--stack", "air / SiO2 / Si"), 0, ""),
+        (("film.csv", "--stack", "air / unobtainium ? / Si"), 3, "unobtainium"),
+        (("film.csv", "--stack", STACK, "--gain", "much"), 2, "much"),
+        (("film.csv", "--stack", STACK, "--range", "9:1"), 3, "low < high"),
+        (("film.csv", "--stack", STACK, "--range", "thin"), 2, "--range"),
+        (("film.csv", "--stack", STACK, "--column", "7"), 3, "column"),
+        (("film.csv", "--stack", STACK, "--unit", "inch"), 3, "unit"),
+        (("film.csv", "--stack", STACK, "-o", "fit.doc"), 3, "fit.doc"),
+        (("film.csv", "--stack", STACK, "-o", "nowhere/fit.csv"), 1, "nowhere"),
+        (("film.csv", "--stack", STACK, "--from", "2000"), 3, "usable point"),
+    ],
+)
+def test_wrong_use(
+    iridesce: Run, tmp_path: Path, spectrum: Path, arguments: tuple[str, ...], code: int, words: str
+) -> None:
+    before = sorted(path.name for path in tmp_path.iterdir())
+    finished = iridesce("fit", *arguments)
+    assert finished.returncode == code, finished.stderr
+    assert words in finished.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
