@@ -120,7 +120,7 @@ class Layer(_Fixed):
         above, below   the media on its sides
         Returns        `Layer`
         Raises         ValueError naming the argument
-        Source         D. E. Aspnes, J. B. Theeten, F. Hottier, Phys. Rev. B 20, 3292 (1979)
+        Source         D. A. G. Bruggeman, Ann. Phys. 416, 636 (1935), for the mixture
 
         >>> import iridesce as ir
         >>> rough = ir.Stack(["air", ir.Layer.rough(3.0, "air", "Si"), "Si"])
