@@ -512,18 +512,43 @@ def test_thick_films_refine_themselves() -> None:
     t, angle = 40_000.0, 20.0
     fine = by_hand(soap(t), "D65", angle, "unpolarized", "reflectance", step=1.0 / 64.0)
     assert np.abs(soap(t).color(angle) - fine).max() < 2e-6
-    with pytest.warns(UserWarning, match="times too wide"):
+    with pytest.warns(UserWarning, match="40000 nm were given"):
         plain = soap(t).color(angle, wavelength_nm=NM)
     assert np.abs(plain - fine).max() > 1e-7
 
 
+@pytest.mark.parametrize("lamp", ["D65", "A", "FL2", "FL12", "LED-B3", "lines:435.833,546.074*2,578.0"])
+def test_thick_films_have_the_colours_of_fine_sums(lamp: str) -> None:
+    """CIEDE2000 <= 0.05 against steps of 0.02 nm; tools/thick_films.py draws many more."""
+    fine = np.linspace(360.0, 830.0, 23_501)
+    t, angle = np.array([0.0, 800.0, 2500.0, 9e3, 20_694.3, 1e5]), np.array([[0.0], [45.0], [80.0]])
+    for stack in (
+        soap(t),
+        ir.Stack(["air", ir.Layer("sapphire-o", t), "air"]),
+        ir.Stack(["air", ir.Layer("ZnS", 0.5 * t), ir.Layer("MgF2", t), "Al"]),
+        ir.Stack(["water", ir.Layer(2.1, t), ir.Layer("Si3N4", 0.3 * t), ir.Layer("SiO2", 0.2 * t), "Si"]),
+    ):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # media beyond their data
+            found = stack.color(angle, illuminant=lamp, space="lab")
+            wanted = stack.color(angle, illuminant=lamp, space="lab", wavelength_nm=fine)
+        assert ir.color.delta_e(found, wanted).max() <= 0.05
+
+
 def test_a_forced_grid_that_is_too_coarse_warns_once() -> None:
-    with pytest.warns(UserWarning, match=r"steps .* times too wide") as caught:
-        soap(np.linspace(1e4, 2e4, 50)).color(wavelength_nm=np.arange(380.0, 781.0, 10.0))
+    coarse = np.arange(380.0, 781.0, 10.0)
+    with pytest.warns(UserWarning, match=r"in steps of 10 nm holds for a film up to .* nm here") as caught:
+        soap(np.linspace(1e4, 2e4, 50)).color(wavelength_nm=coarse)
     assert len(caught) == 1
     assert caught[0].filename == __file__
+    # The limit that it tells: 2 n t step / lambda^2 = 1/4 where fringes are finest.
+    limit = 0.25 * 380.0**2 / (2.0 * 1.33 * 10.0)
+    assert float(str(caught[0].message).split("up to ")[1].split(" nm")[0]) == pytest.approx(limit, rel=1e-3)
+    with pytest.warns(UserWarning, match=r"for coherent layers of together up to 1\d\d\d[0-9.]* nm here, and 10000 nm"):
+        ir.Stack(["air", ir.Layer(1.4, 4e3), ir.Layer(1.3, 6e3), 1.5]).color(wavelength_nm=coarse)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
+        soap(0.999 * limit).color(wavelength_nm=coarse)
         soap(1000.0).color(wavelength_nm=np.arange(380.0, 781.0, 1.0))
         soap(50_000.0).color()
 

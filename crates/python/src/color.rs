@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use iridesce::optics::color::gamut::{Gamut, Mapping};
 use iridesce::optics::color::{
-    self, Adaptation, ColorRequest, Dias1991, DiasMatrix, DiasTable, Grid, Model, Observer, Quantity, Space,
+    self, Adaptation, ColorRequest, Dias1991, DiasMatrix, DiasTable, Forced, Grid, Model, Observer, Quantity, Space,
     StackColor, Weights,
 };
 use iridesce::optics::{Complex64, OpticsError, Polarization};
@@ -183,7 +183,7 @@ fn map_gamut<'py>(
 }
 
 /// Colours of a stack: `thickness_nm` (points, layers), `angle_deg` (points), into `out` (points, 3). Returns the names of
-/// media whose extension was used, and the fringe measure of a forced grid.
+/// media whose extension was used, and on a forced grid the largest fringe measure and the coherent nm of its point.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one call carries the whole request")]
 fn stack_color<'py>(
@@ -202,7 +202,7 @@ fn stack_color<'py>(
     adaptation: Option<&str>,
     gamut: Option<&str>,
     mut out: PyReadwriteArray2<'py, f64>,
-) -> PyResult<(Vec<String>, f64)> {
+) -> PyResult<(Vec<String>, f64, f64)> {
     let request = || -> Result<ColorRequest, OpticsError> {
         Ok(ColorRequest {
             media: media.iter().map(|medium| medium.inner.clone()).collect(),
@@ -237,7 +237,7 @@ fn stack_color<'py>(
     if rows.len() != angle.len() || thickness.len() != angle.len() * layers {
         return Err(PyValueError::new_err("thicknesses, angles and colours do not belong together"));
     }
-    let mut fringe = 0.0f64;
+    let mut forced = Forced::default();
     // Slices of about SLICE each, so that Ctrl-C is seen; the first is small, as nothing is known of the speed yet.
     let (mut done, mut slice) = (0, 256);
     while done < angle.len() {
@@ -249,11 +249,13 @@ fn stack_color<'py>(
         let speedup = SLICE.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-6);
         slice = ((slice as f64 * speedup.clamp(0.1, 8.0)) as usize).clamp(16, 1 << 20);
         rows[done..end].copy_from_slice(&colors.values);
-        fringe = fringe.max(colors.fringe_steps);
+        if colors.forced.steps > forced.steps {
+            forced = colors.forced;
+        }
         done = end;
         py.check_signals()?;
     }
-    Ok((made.extended(), fringe))
+    Ok((made.extended(), forced.steps, forced.thickness_nm))
 }
 
 #[pyfunction]

@@ -5,7 +5,10 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
+use super::difference::ciede2000;
+use super::observer::{FIRST_NM, LAST_NM};
 use super::request::{ColorRequest, Model, Quantity};
+use super::space::{Adaptation, Space};
 use super::sums::{Grid, Weights};
 use super::two_beam::TwoBeamSpectrum;
 use crate::incidence::{Incidence, sqrt_upper};
@@ -15,6 +18,17 @@ use crate::{Complex64, OpticsError};
 
 /// A fringe needs 4 steps of the sum or more: 2 n t cos(theta) step / lambda^2 <= 1/4.
 pub const FRINGE_STEPS: f64 = 0.25;
+/// Films with more than this share of a fringe a step are summed in half steps too, to see whether that changes the colour:
+/// where layers reflect strongly (metals, grazing light) fringes have overtones, which need finer steps than fringes do.
+const CHECKED_ABOVE: f64 = 1.0 / 16.0;
+/// The same under a lamp whose spectrum has spikes: there 1 nm steps lose something on every fringe that is not broad.
+const CHECKED_ABOVE_SPIKES: f64 = 1.0 / 64.0;
+/// Bends of a lamp's 1 nm table, sum |S'' cmf| / sum S cmf, above which it has spikes: 0.0004 to 0.006 for daylights, lamps
+/// that glow and LEDs, 0.012 to 0.07 for discharge lamps.
+const SPIKES: f64 = 0.01;
+/// Sums that differ by less than this (CIEDE2000) are fine enough; the error of the coarser is about the difference, since
+/// that of the finer falls with a power of it.
+const AGREE: f64 = 0.02;
 /// The grid is halved this often at most, to 1/4096 nm: enough for 5 cm of glass.
 const HALVINGS: usize = 12;
 /// Points a task: enough to share what an angle needs, few enough for their sums to stay in the second cache.
@@ -24,6 +38,8 @@ const CHUNK: usize = 512;
 #[derive(Debug)]
 pub struct StackColor {
     request: ColorRequest,
+    /// Films with more than this share of a fringe a step are checked.
+    checked_above: f64,
     levels: [OnceLock<Result<Level, OpticsError>>; HALVINGS + 1],
 }
 
@@ -48,15 +64,25 @@ pub struct Colors {
     pub values: Vec<[f64; 3]>,
     /// Points outside the gamut (where a gamut mapping was asked for).
     pub out_of_gamut: u64,
-    /// Largest 2 n t cos(theta) step / lambda^2 on a grid the user forced; above [`FRINGE_STEPS`] fringes are lost.
-    pub fringe_steps: f64,
+    /// The point whose fringes need the finest steps, on a grid the user forced.
+    pub forced: Forced,
+}
+
+/// How well a grid that the user forced resolves a point's fringes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Forced {
+    /// Largest 2 n t cos(theta) step / lambda^2, layers added up; above [`FRINGE_STEPS`] fringes are lost.
+    pub steps: f64,
+    /// Coherent layers of that point together.
+    pub thickness_nm: f64,
 }
 
 impl StackColor {
     /// Checks the request and reads all indices at the wavelengths of the sum.
     pub fn new(request: ColorRequest) -> Result<StackColor, OpticsError> {
         request.check()?;
-        let made = StackColor { request, levels: [const { OnceLock::new() }; HALVINGS + 1] };
+        let checked_above = if has_spikes(&request) { CHECKED_ABOVE_SPIKES } else { CHECKED_ABOVE };
+        let made = StackColor { request, checked_above, levels: [const { OnceLock::new() }; HALVINGS + 1] };
         made.level(0)?;
         Ok(made)
     }
@@ -105,7 +131,9 @@ impl StackColor {
         for found in visited.into_iter().flatten() {
             colors.values[found.point] = found.value;
             colors.out_of_gamut += u64::from(found.outside);
-            colors.fringe_steps = colors.fringe_steps.max(found.fringe);
+            if found.forced.steps > colors.forced.steps {
+                colors.forced = found.forced;
+            }
         }
         Ok(colors)
     }
@@ -146,6 +174,21 @@ impl StackColor {
     }
 }
 
+/// Whether the lamp's continuum bends so sharply that steps of 1 nm may be too wide for it.
+fn has_spikes(request: &ColorRequest) -> bool {
+    let power = |nm: f64| request.illuminant.power(nm);
+    let (mut bends, mut sums) = ([0.0; 3], [0.0; 3]);
+    let steps = (LAST_NM - FIRST_NM) as u32;
+    for nm in (1..steps).map(|step| FIRST_NM + f64::from(step)) {
+        let bend = (power(nm - 1.0) - 2.0 * power(nm) + power(nm + 1.0)).abs();
+        for (i, cmf) in request.observer.at(nm).into_iter().enumerate() {
+            bends[i] += bend * cmf;
+            sums[i] += power(nm) * cmf;
+        }
+    }
+    bends.iter().zip(sums).any(|(bend, sum)| *bend > SPIKES * sum)
+}
+
 /// Indices of one medium at every wavelength, or the one that holds at all of them.
 fn table<'a>(indices: impl Iterator<Item = &'a Complex64>) -> Vec<Complex64> {
     let mut table: Vec<Complex64> = indices.copied().collect();
@@ -179,8 +222,19 @@ struct Found {
     point: usize,
     value: [f64; 3],
     outside: bool,
-    /// The fringe measure on a forced grid.
-    fringe: f64,
+    forced: Forced,
+}
+
+/// XYZ of a point by one sum, and the white of the same sum.
+struct Sum {
+    xyz: [f64; 3],
+    white: [f64; 3],
+}
+
+impl Sum {
+    fn lab(&self) -> [f64; 3] {
+        Space::Lab.from_xyz(self.xyz, self.white, Adaptation::None)
+    }
 }
 
 impl<'a> AtAngle<'a> {
@@ -230,14 +284,60 @@ impl<'a> AtAngle<'a> {
             xyz.clear();
             xyz.resize(run.len(), [0.0; 3]);
             self.xyz(level, &rows, &mut xyz)?;
-            for (&point, &xyz) in run.iter().zip(&xyz) {
-                let (value, outside) = request.finish(xyz, level.weights.white);
-                let fringe = if request.grid.is_some() { fringe(point) } else { 0.0 };
-                found.push(Found { point, value, outside, fringe });
+            let mut sums: Vec<Sum> = xyz.iter().map(|xyz| Sum { xyz: *xyz, white: level.weights.white }).collect();
+            if request.grid.is_none() && request.model == Model::Exact {
+                let doubtful = (0..run.len()).filter(|&at| fringe(run[at]) > self.of.checked_above).collect();
+                self.refine(halvings[start], doubtful, &rows, &mut sums)?;
+            }
+            for (&point, sum) in run.iter().zip(&sums) {
+                let (value, outside) = request.finish(sum.xyz, sum.white);
+                let forced = match request.grid {
+                    Some(_) => Forced { steps: fringe(point), thickness_nm: self.coherent_nm(row(point)) },
+                    None => Forced::default(),
+                };
+                found.push(Found { point, value, outside, forced });
             }
             start += same;
         }
         Ok(())
+    }
+
+    /// Sums of the points named in `doubtful` again in half steps, until that changes no colour any more.
+    fn refine(
+        &self,
+        halvings: usize,
+        mut doubtful: Vec<usize>,
+        thickness_nm: &[f64],
+        sums: &mut [Sum],
+    ) -> Result<(), OpticsError> {
+        let layers = self.of.request.coherent.len();
+        for finer in halvings + 1..=HALVINGS {
+            if doubtful.is_empty() {
+                break;
+            }
+            let level = self.of.level(finer)?;
+            let rows: Vec<f64> =
+                doubtful.iter().flat_map(|at| &thickness_nm[at * layers..(at + 1) * layers]).copied().collect();
+            let mut xyz = vec![[0.0; 3]; doubtful.len()];
+            self.xyz(level, &rows, &mut xyz)?;
+            let mut again = Vec::new();
+            for (at, xyz) in doubtful.into_iter().zip(xyz) {
+                let next = Sum { xyz, white: level.weights.white };
+                let agree = ciede2000(sums[at].lab(), next.lab()) <= AGREE;
+                if !agree {
+                    sums[at] = next;
+                    again.push(at);
+                }
+            }
+            doubtful = again;
+        }
+        Ok(())
+    }
+
+    /// Thickness of all coherent layers together.
+    fn coherent_nm(&self, thickness_nm: &[f64]) -> f64 {
+        let coherent = thickness_nm.iter().zip(&self.of.request.coherent);
+        coherent.filter(|(_, coherent)| **coherent).map(|(t, _)| t).sum()
     }
 
     /// XYZ of some points at one refinement.
@@ -353,7 +453,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use crate::color::gamut::Mapping;
-    use crate::color::{Adaptation, Illuminant, Observer, Space};
+    use crate::color::{Illuminant, Observer};
     use crate::{Medium, Polarization};
 
     fn request(n: &[Complex64], coherent: &[bool]) -> ColorRequest {
@@ -456,8 +556,10 @@ mod tests {
         let made = StackColor::new(request(&real(&[1.0, 1.5, 1.0]), &[true])).unwrap();
         let colors = made.colors(&[0.5e6], &[0.0]).unwrap();
         close(colors.values[0], made.level(0).unwrap().weights.white.map(|w| 0.08 / 1.04 * w), 2e-5);
-        assert_eq!(colors.fringe_steps, 0.0);
-        assert!(made.levels[5].get().is_none() && made.levels[6].get().is_some());
+        assert_eq!(colors.forced, Forced::default());
+        // The steps of the rule, and half of them to see that they are enough.
+        let used: Vec<usize> = (0..=HALVINGS).filter(|h| made.levels[*h].get().is_some()).collect();
+        assert_eq!(used, [0, 6, 7]);
         let message = made.colors(&[1e9], &[0.0]).unwrap_err().to_string();
         assert!(message.contains("coherent=False"), "{message}");
     }
@@ -470,11 +572,26 @@ mod tests {
         let given = StackColor::new(ColorRequest { grid, ..request(&n, &[true]) }).unwrap();
         let given = given.colors(&[30_000.0], &[10.0]).unwrap();
         close(own.values[0], given.values[0], 1e-15);
-        assert!(given.fringe_steps > 0.0 && given.fringe_steps < FRINGE_STEPS);
+        assert!(given.forced.steps > 0.0 && given.forced.steps < FRINGE_STEPS);
         let coarse =
             ColorRequest { grid: Some(Grid { first_nm: 380.0, step_nm: 10.0, count: 41 }), ..request(&n, &[true]) };
         let coarse = StackColor::new(coarse).unwrap().colors(&[30_000.0], &[10.0]).unwrap();
-        assert!(coarse.fringe_steps > 4.0);
+        assert!(coarse.forced.steps > 4.0);
+    }
+
+    #[test]
+    fn overtones_are_seen() {
+        // At 80 degrees glass reflects so much that a fringe of 4 steps is not resolved by them.
+        let n = real(&[1.0, 1.77, 1.0]);
+        let asked =
+            ColorRequest { illuminant: Illuminant::named("FL12").unwrap(), space: Space::Lab, ..request(&n, &[true]) };
+        let fine = ColorRequest { grid: Some(Grid::default().divided(64)), ..asked.clone() };
+        let by_rule = ColorRequest { grid: Some(Grid::default().divided(2)), ..asked.clone() };
+        let [own, fine, by_rule] =
+            [asked, fine, by_rule].map(|asked| StackColor::new(asked).unwrap().colors(&[20_694.3], &[79.9]).unwrap());
+        assert!(by_rule.forced.steps <= FRINGE_STEPS, "{:?}", by_rule.forced);
+        assert!(ciede2000(by_rule.values[0], fine.values[0]) > 0.1, "{by_rule:?} {fine:?}");
+        assert!(ciede2000(own.values[0], fine.values[0]) < AGREE, "{own:?} {fine:?}");
     }
 
     #[test]

@@ -9,16 +9,24 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use rayon::prelude::*;
 
 use super::grid::{Edge, Grid, Kind, PAD, Padded, floor};
+use super::near::{self, LONGEST, MOST_TURN, Scale, Site, Ways};
 
 /// Room for a trace.
 pub struct Carry {
     down: Padded,
     across: Padded,
     scalar: Padded,
-    /// Velocity at the middles of cells, Cartesian on a sphere (across, down, 0 on a plane), m/s, with ghosts.
+    /// Velocity at the middles of cells, down and across, m/s, with ghosts.
+    local: Vec<[f64; 2]>,
+    /// From the middles of cells to where they came from, in rows and in columns.
+    ways: [Vec<f64>; 2],
+    /// Velocity near the poles, Cartesian, m/s, with ghosts.
     velocity: Vec<[f64; 3]>,
-    /// From the middles of cells to where they came from, in radii on a sphere, m on a plane.
+    /// From the middles of cells near the poles to where they came from, in radii.
     displacement: Vec<[f64; 3]>,
+    /// Rows next to either pole that are traced there, above and below.
+    caps: [usize; 2],
+    scale: Scale,
 }
 
 /// Where something came from, in cells from the upper left corner; on a sphere also the point itself.
@@ -87,12 +95,22 @@ fn angle(y: f64, x: f64) -> f64 {
 impl Carry {
     pub fn new(grid: &Grid) -> Carry {
         let stride = grid.columns + 2 * PAD;
+        let each = if grid.is_plane() {
+            [1.0 / grid.dy, 1.0 / grid.width[0]]
+        } else {
+            [grid.radius / grid.dy, grid.columns as f64 / TAU]
+        };
+        let sphere = if grid.is_plane() { 0 } else { 1 };
         Carry {
             down: Padded::new(grid, Kind::Down),
             across: Padded::new(grid, Kind::Across),
             scalar: Padded::new(grid, Kind::Scalar),
-            velocity: vec![[0.0; 3]; (grid.rows + 2 * PAD) * stride],
-            displacement: vec![[0.0; 3]; grid.cells()],
+            local: vec![[0.0; 2]; (grid.rows + 2 * PAD) * stride],
+            ways: [vec![0.0; grid.cells()], vec![0.0; grid.cells()]],
+            velocity: vec![[0.0; 3]; sphere * (grid.rows + 2 * PAD) * stride],
+            displacement: vec![[0.0; 3]; sphere * grid.cells()],
+            caps: [0; 2],
+            scale: Scale { plane: grid.is_plane(), rows: grid.rows as f64, columns: grid.columns as f64, each },
         }
     }
 
@@ -102,26 +120,69 @@ impl Carry {
         let stride = n + 2 * PAD;
         self.down.fill(grid, Kind::Down, down);
         self.across.fill(grid, Kind::Across, across);
+        let fastest: Vec<f64> = self.local[PAD * stride..(PAD + grid.rows) * stride]
+            .par_chunks_exact_mut(stride)
+            .enumerate()
+            .with_min_len(8)
+            .map(|(i, out)| {
+                let (above, below) = (&down[i * n..(i + 1) * n], &down[(i + 1) * n..(i + 2) * n]);
+                let square = wide!(middles(above, below, &across[i * n..(i + 1) * n], out));
+                for k in 0..PAD {
+                    out[k] = out[n + k];
+                    out[PAD + n + k] = out[PAD + k];
+                }
+                square
+            })
+            .collect();
+        let fastest = fastest.into_iter().fold(0.0, f64::max).sqrt();
+        // Only one ghost beyond a wall is ever used: there the film slips along a mirror. Poles have caps.
+        let (head, body) = self.local.split_at_mut(PAD * stride);
+        let last = grid.rows * stride;
+        for k in 0..stride {
+            let [v, u] = body[k];
+            head[(PAD - 1) * stride + k] = [-v, u];
+            let [v, u] = body[last - stride + k];
+            body[last + k] = [-v, u];
+        }
+        let half = dt / 2.0 / grid.radius;
+        self.caps = caps(grid, 2.0 * half * fastest * 1.001);
+        let [top, bottom] = self.caps;
+        let lower = grid.rows - bottom;
+        let (local, scale) = (&self.local, self.scale);
+        let [ways_down, ways_across] = &mut self.ways;
+        ways_down
+            .par_chunks_exact_mut(n)
+            .zip(ways_across.par_chunks_exact_mut(n))
+            .enumerate()
+            .with_min_len(4)
+            .for_each(|(i, (down, across))| {
+                if (top..lower).contains(&i) {
+                    let site = Site { row: i as f64 + 0.5, column: 0.5, polar: grid.polar[i] };
+                    wide!(near::trace(&site, &scale, local, half, down, across));
+                }
+            });
+        if self.caps == [0; 2] {
+            return;
+        }
+        // Near the poles: rows that are traced from, and those that they may reach.
+        let reach = (dt * fastest / grid.dy).min(grid.rows as f64) as usize + PAD + 2;
+        let near_pole = |i: usize, more: usize| (top > 0 && i <= top + more) || (bottom > 0 && i + more + 1 >= lower);
         self.velocity[PAD * stride..(PAD + grid.rows) * stride]
             .par_chunks_exact_mut(stride)
             .enumerate()
             .with_min_len(8)
             .for_each(|(i, out)| {
-                let (above, below) = (&down[i * n..(i + 1) * n], &down[(i + 1) * n..(i + 2) * n]);
-                let right = &across[i * n..(i + 1) * n];
-                for j in 0..n {
-                    let v = (above[j] + below[j]) / 2.0;
-                    let u = (right[j] + right[if j == 0 { n - 1 } else { j - 1 }]) / 2.0;
-                    out[PAD + j] = if grid.is_plane() {
-                        [u, v, 0.0]
-                    } else {
-                        let ([s, c], [sp, cp]) = (grid.polar[i], grid.azimuth[j]);
-                        [v * c * cp - u * sp, v * c * sp + u * cp, -v * s]
-                    };
+                if !near_pole(i, reach) {
+                    return;
                 }
-                for k in 0..PAD {
-                    out[k] = out[n + k];
-                    out[PAD + n + k] = out[PAD + k];
+                for (out, [v, u], j) in out
+                    .iter_mut()
+                    .zip(&local[(i + PAD) * stride..])
+                    .enumerate()
+                    .map(|(k, (o, l))| (o, l, (k + n - PAD) % n))
+                {
+                    let ([s, c], [sp, cp]) = (grid.polar[i], grid.azimuth[j]);
+                    *out = [v * c * cp - u * sp, v * c * sp + u * cp, -v * s];
                 }
             });
         self.fill_ghosts(grid);
@@ -139,23 +200,16 @@ impl Carry {
             }
             sum
         };
-        let half = dt / 2.0 / grid.radius;
         self.displacement.par_chunks_exact_mut(n).enumerate().with_min_len(4).for_each(|(i, out)| {
+            if !near_pole(i, 0) {
+                return;
+            }
             for (j, out) in out.iter_mut().enumerate() {
                 let here = velocity[(i + PAD) * stride + PAD + j];
-                if grid.is_plane() {
-                    let mut step = [-half * here[0], -half * here[1], 0.0];
-                    for _ in 0..2 {
-                        let middle = at(&grid.origin(i as f64 + 0.5, j as f64 + 0.5, [0.0; 3], step));
-                        step = [-half * middle[0], -half * middle[1], 0.0];
-                    }
-                    *out = [2.0 * step[0], 2.0 * step[1], 0.0];
-                    continue;
-                }
                 let x = grid.place(i, j);
                 let mut middle = unit(add(x, here, -half));
                 for _ in 0..2 {
-                    let v = at(&grid.origin(0.0, 0.0, middle, [0.0; 3]));
+                    let v = at(&grid.origin(middle));
                     middle = unit(add(x, v, -half));
                 }
                 let turn = 2.0 * dot(x, middle);
@@ -192,28 +246,36 @@ impl Carry {
     /// Carries a number at the middles of cells along the last trace.
     pub fn scalar(&mut self, grid: &Grid, values: &mut [f64]) {
         self.scalar.fill(grid, Kind::Scalar, values);
-        let (field, displacement) = (&self.scalar, &self.displacement);
+        let Carry { scalar: field, displacement, scale, .. } = &*self;
         let n = grid.columns;
+        let lower = grid.rows - self.caps[1];
         values.par_chunks_exact_mut(n).enumerate().with_min_len(4).for_each(|(i, out)| {
+            if (self.caps[0]..lower).contains(&i) {
+                let site = Site { row: i as f64 + 0.5, column: 0.5, polar: grid.polar[i] };
+                wide!(near::scalar(&site, scale, field, [self.way(i, n), self.way(i, n)], out));
+                return;
+            }
             for (j, out) in out.iter_mut().enumerate() {
-                let d = displacement[i * n + j];
-                let start = if grid.is_plane() { d } else { add(grid.place(i, j), d, 1.0) };
-                let origin = grid.origin(i as f64 + 0.5, j as f64 + 0.5, start, d);
+                let origin = grid.origin(add(grid.place(i, j), displacement[i * n + j], 1.0));
                 *out = field.cubic(origin.row - 0.5, origin.column - 0.5);
             }
         });
     }
 
+    fn way(&self, row: usize, columns: usize) -> Ways<'_> {
+        let [down, across] = &self.ways;
+        Ways { down: &down[row * columns..(row + 1) * columns], across: &across[row * columns..(row + 1) * columns] }
+    }
+
     /// Carries the velocity of the last trace along itself.
     pub fn velocity(&self, grid: &Grid, down: &mut [f64], across: &mut [f64]) {
         let n = grid.columns;
-        let Carry { down: v, across: u, displacement, .. } = self;
-        let both = |origin: &Origin| {
-            [v.cubic(origin.row, origin.column - 0.5), u.cubic(origin.row - 0.5, origin.column - 1.0)]
-        };
+        let Carry { down: v, across: u, displacement, scale, .. } = self;
+        let [top, bottom] = self.caps;
+        let lower = grid.rows - bottom;
         // The velocity at an origin, seen from `x` after its way along the great circle.
         let arrived = |origin: &Origin, x: [f64; 3]| -> [f64; 3] {
-            let [v, u] = both(origin);
+            let (v, u) = (v.cubic(origin.row, origin.column - 0.5), u.cubic(origin.row - 0.5, origin.column - 1.0));
             let p = origin.point;
             let s = (p[0] * p[0] + p[1] * p[1]).sqrt();
             let (cp, sp) = (p[0] / s, p[1] / s);
@@ -223,48 +285,87 @@ impl Carry {
         };
         down[n..grid.rows * n].par_chunks_exact_mut(n).enumerate().with_min_len(4).for_each(|(i, out)| {
             let i = i + 1;
+            if i > top && i < lower || scale.plane {
+                let site = Site { row: i as f64, column: 0.5, polar: grid.polar_side[i] };
+                wide!(near::velocity(&site, scale, [v, u], [self.way(i - 1, n), self.way(i, n)], 0, out));
+                return;
+            }
             for (j, out) in out.iter_mut().enumerate() {
                 let (a, b) = (displacement[(i - 1) * n + j], displacement[i * n + j]);
                 let d = [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0, (a[2] + b[2]) / 2.0];
-                if grid.is_plane() {
-                    *out = both(&grid.origin(i as f64, j as f64 + 0.5, d, d))[0];
-                    continue;
-                }
                 let x = grid.place_above(i, j);
                 let ([s, c], [sp, cp]) = (grid.polar_side[i], grid.azimuth[j]);
-                let w = arrived(&grid.origin(0.0, 0.0, unit(add(x, d, 1.0)), d), x);
+                let w = arrived(&grid.origin(unit(add(x, d, 1.0))), x);
                 *out = dot(w, [c * cp, c * sp, -s]);
             }
         });
-        across.par_chunks_exact_mut(n).enumerate().with_min_len(4).for_each(|(i, out)| {
-            for (j, out) in out.iter_mut().enumerate() {
-                let (a, b) = (displacement[i * n + j], displacement[i * n + if j + 1 == n { 0 } else { j + 1 }]);
-                let d = [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0, (a[2] + b[2]) / 2.0];
-                if grid.is_plane() {
-                    *out = both(&grid.origin(i as f64 + 0.5, j as f64 + 1.0, d, d))[1];
-                    continue;
+        across.par_chunks_exact_mut(n).enumerate().with_min_len(4).for_each_init(
+            || (vec![0.0; n], vec![0.0; n]),
+            |(next_down, next_across), (i, out)| {
+                if (top..lower).contains(&i) {
+                    let own = self.way(i, n);
+                    for (next, own) in [(&mut *next_down, own.down), (&mut *next_across, own.across)] {
+                        next[..n - 1].copy_from_slice(&own[1..]);
+                        next[n - 1] = own[0];
+                    }
+                    let site = Site { row: i as f64 + 0.5, column: 1.0, polar: grid.polar[i] };
+                    let next = Ways { down: next_down, across: next_across };
+                    wide!(near::velocity(&site, scale, [v, u], [own, next], 1, out));
+                    return;
                 }
-                let x = grid.place_right(i, j);
-                let [sp, cp] = grid.azimuth_side[j];
-                let w = arrived(&grid.origin(0.0, 0.0, unit(add(x, d, 1.0)), d), x);
-                *out = dot(w, [-sp, cp, 0.0]);
-            }
-        });
+                for (j, out) in out.iter_mut().enumerate() {
+                    let (a, b) = (displacement[i * n + j], displacement[i * n + if j + 1 == n { 0 } else { j + 1 }]);
+                    let d = [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0, (a[2] + b[2]) / 2.0];
+                    let x = grid.place_right(i, j);
+                    let [sp, cp] = grid.azimuth_side[j];
+                    let w = arrived(&grid.origin(unit(add(x, d, 1.0))), x);
+                    *out = dot(w, [-sp, cp, 0.0]);
+                }
+            },
+        );
     }
 }
 
+/// Rows next to either pole from which a way of at most `longest` radii could come too near to it.
+fn caps(grid: &Grid, longest: f64) -> [usize; 2] {
+    if grid.is_plane() {
+        return [0; 2];
+    }
+    if longest.is_nan() || longest > LONGEST {
+        return [grid.rows, 0];
+    }
+    let far = |sine: f64| sine >= longest * (1.0 + 1.0 / MOST_TURN);
+    let count = |edge: Edge, row: &dyn Fn(usize) -> usize| match edge {
+        Edge::Wall => 0,
+        Edge::Pole => (0..grid.rows).take_while(|&k| !far(grid.polar[row(k)][0])).count().max(PAD),
+    };
+    let (top, bottom) = (count(grid.top, &|k| k), count(grid.bottom, &|k| grid.rows - 1 - k));
+    if top + bottom + 2 > grid.rows { [grid.rows, 0] } else { [top, bottom] }
+}
+
+/// Velocity at the middles of a row of cells, and the greatest square of its speed.
+#[inline(always)]
+fn middles(above: &[f64], below: &[f64], right: &[f64], out: &mut [[f64; 2]]) -> f64 {
+    let n = right.len();
+    let (above, below, out) = (&above[..n], &below[..n], &mut out[PAD..PAD + n]);
+    let mut most = [0.0_f64; 8];
+    for j in 0..n {
+        let v = (above[j] + below[j]) * 0.5;
+        let u = (right[j] + right[if j == 0 { n - 1 } else { j - 1 }]) * 0.5;
+        out[j] = [v, u];
+        let square = v * v + u * u;
+        most[j % 8] = if square > most[j % 8] { square } else { most[j % 8] };
+    }
+    most.into_iter().fold(0.0, f64::max)
+}
+
 impl Grid {
-    /// Where a point lies among the cells. On a sphere `point` says it; on a plane it is a step in metres, across and
-    /// down, from the given row and column.
+    /// Where a point of the sphere lies among the cells.
     #[inline]
-    fn origin(&self, row: f64, column: f64, point: [f64; 3], step: [f64; 3]) -> Origin {
+    fn origin(&self, point: [f64; 3]) -> Origin {
         let n = self.columns as f64;
-        let (row, column) = if self.is_plane() {
-            (row + step[1] / self.dy, column + step[0] / self.width[0])
-        } else {
-            let polar = angle((point[0] * point[0] + point[1] * point[1]).sqrt(), point[2]);
-            (polar * self.radius / self.dy, angle(point[1], point[0]) * (n / TAU))
-        };
+        let polar = angle((point[0] * point[0] + point[1] * point[1]).sqrt(), point[2]);
+        let (row, column) = (polar * self.radius / self.dy, angle(point[1], point[0]) * (n / TAU));
         let turns = floor(column / n);
         // Rounding could leave the last column's far side.
         Origin { row: row.clamp(0.0, self.rows as f64), column: (column - turns * n).min(n), point }

@@ -58,31 +58,46 @@ impl FlowField {
         if u.is_nan() || v.is_nan() {
             return f64::NAN;
         }
-        let (width, height) = (self.map.width() as isize, self.map.height() as isize);
+        let (width, height) = (self.map.width(), self.map.height());
         let values = self.map.thickness_nm();
         let turn = if u.is_finite() { u - u.floor() } else { 0.0 };
-        let across = turn * width as f64 - 0.5;
-        let down = (1.0 - v.clamp(0.0, 1.0)) * height as f64 - 0.5;
-        let (column, row) = (across.floor(), down.floor());
-        let (weights_across, weights_down) = (catmull_rom(across - column), catmull_rom(down - row));
+        let across = turn * width as f64 + 0.5;
+        let down = (1.0 - v.clamp(0.0, 1.0)) * height as f64 + 0.5;
+        // Of the neighbour before: the first of the four is one before that.
+        let (column, row) = (across as usize, down as usize);
+        let (weights_across, weights_down) = (catmull_rom(across - column as f64), catmull_rom(down - row as f64));
+        // No division here: renders ask for millions of places. Narrow grids alone wrap more than once.
+        let wrapped = |k: usize| {
+            let j = column + k + width - 2;
+            if j < width {
+                j
+            } else if j < 2 * width {
+                j - width
+            } else {
+                j % width
+            }
+        };
+        let columns = [wrapped(0), wrapped(1), wrapped(2), wrapped(3)];
         let mut sum = 0.0;
-        for (k, weight_down) in (-1..3).zip(weights_down) {
-            let mut i = row as isize + k;
-            let mut shift = 0;
-            if i < 0 || i >= height {
-                if self.is_globe {
-                    // Beyond a pole lies the other side.
-                    i = if i < 0 { -1 - i } else { 2 * height - 1 - i };
-                    shift = width / 2;
-                }
-                i = i.clamp(0, height - 1);
-            }
-            let line = &values[(i * width) as usize..((i + 1) * width) as usize];
-            let mut along = 0.0;
-            for (k, weight_across) in (-1..3).zip(weights_across) {
-                along += weight_across * line[(column as isize + k + shift).rem_euclid(width) as usize];
-            }
-            sum += weight_down * along;
+        for (k, weight) in weights_down.into_iter().enumerate() {
+            let below = row + k;
+            let beyond = below < 2 || below >= height + 2;
+            let along = |i: usize, columns: [usize; 4]| {
+                let line = &values[i * width..(i + 1) * width];
+                let [a, b, c, d] = columns.map(|j| line[j]);
+                weights_across[0] * a + weights_across[1] * b + (weights_across[2] * c + weights_across[3] * d)
+            };
+            let value = if !beyond {
+                along(below - 2, columns)
+            } else if self.is_globe {
+                // Beyond a pole lies the other side.
+                let i = if below < 2 { 1 - below } else { 2 * height + 1 - below };
+                let half = columns.map(|j| if j + width / 2 < width { j + width / 2 } else { j + width / 2 - width });
+                along(i.min(height - 1), half)
+            } else {
+                along(if below < 2 { 0 } else { height - 1 }, columns)
+            };
+            sum += weight * value;
         }
         sum.clamp(0.0, self.max_nm)
     }
@@ -244,7 +259,7 @@ mod tests {
 
     #[test]
     fn a_film_at_a_time_does_not_depend_on_the_times_before() {
-        let at = |time_s: f64| field("late", time_s, 5, Some(64)).unwrap();
+        let at = |time_s: f64| field("late", time_s, 5, None).unwrap();
         let straight = at(0.042);
         known().fields.clear();
         known().films.clear();
@@ -259,14 +274,14 @@ mod tests {
             assert!((a + 0.4 * (b - a) - now).abs() < 1e-9);
         }
         // And in another process.
-        let bytes = standing("late", 5, Some(64)).unwrap().unwrap();
+        let bytes = standing("late", 5, None).unwrap().unwrap();
         let later = at(0.06);
         known().fields.clear();
         known().films.clear();
-        assert_eq!(standing("late", 5, Some(64)).unwrap(), None);
-        stand("late", 5, Some(64), &bytes).unwrap();
+        assert_eq!(standing("late", 5, None).unwrap(), None);
+        stand("late", 5, None, &bytes).unwrap();
         assert_eq!(at(0.06), later);
-        assert!(stand("late", 6, Some(64), &bytes).is_err());
+        assert!(stand("late", 6, None, &bytes).is_err());
     }
 
     #[test]

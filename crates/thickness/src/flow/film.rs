@@ -1,5 +1,7 @@
 //! A film in time.
 
+use std::time::Instant;
+
 use rayon::prelude::*;
 
 use super::carry::Carry;
@@ -149,13 +151,29 @@ pub struct Film {
     substeps: usize,
     /// Iterations of the last step.
     iterations: usize,
+    /// Time that parts of all steps took so far, s.
+    spent: [f64; PARTS.len()],
 }
+
+/// Parts of a step whose time is told apart.
+const PARTS: [&str; 6] = ["thickness", "sources", "trace and carry", "forces", "tension", "viscosity"];
 
 /// Waves in the thickness at the start.
 const NOISE_WAVES: u64 = 240;
 /// Fields that eddies are made of, and waves in each.
 const EDDY_FIELDS: u64 = 4;
 const EDDY_WAVES: u64 = 12;
+
+/// Tells the times of parts of a step apart.
+struct Watch(Instant);
+
+impl Watch {
+    fn lap(&mut self, place: &mut f64) {
+        let now = Instant::now();
+        *place += (now - self.0).as_secs_f64();
+        self.0 = now;
+    }
+}
 
 impl Film {
     /// A film at rest, with its thickness drawn by chance and its surfactant in balance with its mean weight.
@@ -174,7 +192,7 @@ impl Film {
         h.iter_mut().for_each(|x| *x = p.thickness_m * (1.0 + p.noise * (*x - mean) / spread).max(0.2));
         let scale = p.thickness_m / (grid.integral(&h) / area);
         h.iter_mut().for_each(|x| *x *= scale);
-        let weight = if p.elasticity.is_finite() { p.density * p.gravity * p.thickness_m / p.elasticity } else { 0.0 };
+        let weight = if p.elasticity.is_finite() { p.density * p.weight() * p.thickness_m / p.elasticity } else { 0.0 };
         let mean_height = grid.height.iter().zip(&grid.area).map(|(z, a)| z * a).sum::<f64>() * p.columns as f64 / area;
         let s = (0..grid.cells()).map(|k| -weight * (grid.height[k / p.columns] - mean_height)).collect();
         let cells = grid.cells();
@@ -215,6 +233,7 @@ impl Film {
             eddies,
             substeps: 0,
             iterations: 0,
+            spent: [0.0; PARTS.len()],
             parameters,
             grid,
             state,
@@ -234,6 +253,12 @@ impl Film {
     /// Sub-steps of transport and iterations of the tension in the last step.
     pub fn effort(&self) -> (usize, usize) {
         (self.substeps, self.iterations)
+    }
+
+    /// What all steps so far took, part by part, s.
+    #[doc(hidden)]
+    pub fn spent(&self) -> [(&'static str, f64); PARTS.len()] {
+        std::array::from_fn(|k| (PARTS[k], self.spent[k]))
     }
 
     /// Volume of the film, m3.
@@ -289,6 +314,7 @@ impl Film {
     fn step(&mut self, dt: f64) -> Result<(), FlowError> {
         let time = self.state.time_s;
         let step = self.state.step + 1;
+        let mut watch = Watch(Instant::now());
         let Film { parameters: p, grid, state, carry, transport, tension, viscosity, .. } = self;
         let n = grid.columns;
         fill_poles(grid, &mut state.down);
@@ -305,6 +331,7 @@ impl Film {
             transport.step(grid, &mut state.h, &state.down, &state.across, dt / needed);
         }
         self.substeps = needed as usize;
+        watch.lap(&mut self.spent[0]);
 
         // Gains and losses.
         let books = &mut state.books;
@@ -319,6 +346,8 @@ impl Film {
             books.drained += drain_inside(grid, p, &mut state.h, dt);
         }
 
+        watch.lap(&mut self.spent[1]);
+
         // Velocity and surfactant are carried, pushed, and held together by the tension.
         carry.trace(grid, &state.down, &state.across, dt);
         let drag = drag(grid, p, &state.down, &state.across);
@@ -327,55 +356,54 @@ impl Film {
         if finite {
             carry.scalar(grid, &mut state.s);
         }
+        watch.lap(&mut self.spent[2]);
         let air = air(&self.wind, &self.eddies, p, time + dt);
-        push(grid, p, state, &drag, &air, dt, tension);
+        push(grid, p, state, &drag, &air, [time, dt], tension);
         let mut right_side = vec![0.0; grid.cells()];
         let (down, across, s) = (&state.down, &state.across, &state.s);
         right_side.par_chunks_exact_mut(n).enumerate().with_min_len(8).for_each(|(i, out)| {
-            let (above, below) = (&down[i * n..(i + 1) * n], &down[(i + 1) * n..(i + 2) * n]);
-            let right = &across[i * n..(i + 1) * n];
+            let sides = [&down[i * n..(i + 1) * n], &down[(i + 1) * n..(i + 2) * n]];
             let weight = if finite { grid.area[i] / dt } else { 0.0 };
-            for j in 0..n {
-                let left = right[if j == 0 { n - 1 } else { j - 1 }];
-                let leaving = grid.side[i + 1] * below[j] - grid.side[i] * above[j] + grid.dy * (right[j] - left);
-                out[j] = weight * s[i * n + j] - leaving;
-            }
+            let lengths = [grid.side[i], grid.side[i + 1], grid.dy];
+            wide!(gathering(sides, &across[i * n..(i + 1) * n], lengths, &s[i * n..(i + 1) * n], weight, out));
         });
         let stiffness = if finite { 1.0 / (dt * dt * p.elasticity) } else { 0.0 };
         let diagonal: Vec<f64> = grid.area.iter().map(|area| area * stiffness).collect();
+        watch.lap(&mut self.spent[3]);
         let solved = tension.solve(grid, &mut state.q, &diagonal, &mut right_side, p.tolerance);
         let Some(iterations) = solved else {
             return Err(self.first_failure(step));
         };
         self.iterations = iterations;
+        watch.lap(&mut self.spent[4]);
         let q = &state.q;
         let (up, right) = (&tension.up, &tension.right);
         state.down[n..grid.rows * n].par_chunks_exact_mut(n).enumerate().with_min_len(8).for_each(|(i, out)| {
             let i = i + 1;
-            let scale = 1.0 / grid.side[i];
-            for j in 0..n {
-                out[j] -= (q[i * n + j] - q[(i - 1) * n + j]) * up[i * n + j] * scale;
-            }
+            let (above, here) = (&q[(i - 1) * n..i * n], &q[i * n..(i + 1) * n]);
+            wide!(pull(out, above, here, &up[i * n..(i + 1) * n], 1.0 / grid.side[i]));
         });
         state.across.par_chunks_exact_mut(n).enumerate().with_min_len(8).for_each(|(i, out)| {
+            let (here, right) = (&q[i * n..(i + 1) * n], &right[i * n..(i + 1) * n]);
             let scale = 1.0 / grid.dy;
-            for j in 0..n {
-                let after = q[i * n + if j + 1 == n { 0 } else { j + 1 }];
-                out[j] -= (after - q[i * n + j]) * right[i * n + j] * scale;
-            }
+            wide!(pull(&mut out[..n - 1], &here[..n - 1], &here[1..], &right[..n - 1], scale));
+            out[n - 1] -= (here[0] - here[n - 1]) * right[n - 1] * scale;
         });
         let spread: Vec<f64> = state
             .h
-            .chunks_exact(n)
+            .par_chunks_exact(n)
+            .with_min_len(16)
             .map(|row| {
-                let h = row.iter().sum::<f64>() / n as f64;
+                let h = wide!(sum(row)) / n as f64;
                 dt * (p.viscosity * h + 2.0 * p.surface_viscosity) / (p.density * h + p.air_mass)
             })
             .collect();
+        watch.lap(&mut self.spent[3]);
         viscosity.step(grid, &mut state.down, &mut state.across, &spread);
+        watch.lap(&mut self.spent[5]);
         if finite {
             let scale = 1.0 / (dt * p.elasticity);
-            state.s.iter_mut().zip(&state.q).for_each(|(s, q)| *s = q * scale);
+            state.s.par_iter_mut().with_min_len(4096).zip(&state.q).for_each(|(s, q)| *s = q * scale);
             self.exchange(dt);
         }
         self.state.step = step;
@@ -383,6 +411,7 @@ impl Film {
         if self.parameters.rupture_m > 0.0 && self.state.h.iter().any(|&h| h <= self.parameters.rupture_m) {
             self.state.ruptured_s = Some(time + dt);
         }
+        watch.lap(&mut self.spent[3]);
         Ok(())
     }
 
@@ -391,7 +420,7 @@ impl Film {
     fn exchange(&mut self, dt: f64) {
         let Film { parameters: p, grid, state, .. } = self;
         let correction = (state.surfactant / surfactant(grid, &state.s)).ln();
-        state.s.iter_mut().for_each(|s| *s += correction);
+        state.s.par_iter_mut().with_min_len(4096).for_each(|s| *s += correction);
         if p.surfactant_diffusivity > 0.0 {
             let n = grid.columns;
             let spread = dt * p.surfactant_diffusivity;
@@ -419,7 +448,8 @@ impl Film {
 
     fn check(&self, step: u64) -> Result<(), FlowError> {
         let state = &self.state;
-        let whole = |values: &[f64]| values.iter().all(|v| v.is_finite());
+        // Nothing times a number is nothing, unless the number is none.
+        let whole = |values: &[f64]| values.par_chunks(4096).all(|part| wide!(none(part)) == 0.0);
         let fine = whole(&state.h) && whole(&state.down) && whole(&state.across) && whole(&state.s);
         if fine { Ok(()) } else { Err(self.first_not_finite(step)) }
     }
@@ -447,8 +477,9 @@ impl Film {
 }
 
 fn surfactant(grid: &Grid, s: &[f64]) -> f64 {
-    let gamma: Vec<f64> = s.iter().map(|s| s.exp()).collect();
-    grid.integral(&gamma)
+    let rows: Vec<f64> =
+        s.par_chunks_exact(grid.columns).with_min_len(8).map(|row| row.iter().map(|s| s.exp()).sum()).collect();
+    rows.iter().zip(&grid.area).map(|(sum, area)| sum * area).sum()
 }
 
 fn at_cells(grid: &Grid, value: impl Fn([f64; 3]) -> f64 + Sync) -> Vec<f64> {
@@ -482,12 +513,9 @@ fn drag(grid: &Grid, p: &Parameters, down: &[f64], across: &[f64]) -> Vec<f64> {
     let n = grid.columns;
     let mut out = vec![0.0; grid.cells()];
     out.par_chunks_exact_mut(n).enumerate().with_min_len(8).for_each(|(i, out)| {
-        for j in 0..n {
-            let v = (down[i * n + j] + down[(i + 1) * n + j]) / 2.0;
-            let u = (across[i * n + j] + across[i * n + if j == 0 { n - 1 } else { j - 1 }]) / 2.0;
-            let speed = v.hypot(u).max(p.air_speed);
-            out[j] = 2.0 * p.air_density * (p.air_viscosity * speed / p.air_length_m).sqrt();
-        }
+        let sides = [&down[i * n..(i + 1) * n], &down[(i + 1) * n..(i + 2) * n]];
+        let stress = 2.0 * p.air_density * (p.air_viscosity / p.air_length_m).sqrt();
+        wide!(drag_of(sides, &across[i * n..(i + 1) * n], stress, p.air_speed, out));
     });
     out
 }
@@ -499,9 +527,10 @@ fn push(
     state: &mut State,
     drag: &[f64],
     air: &[Vec<f64>; 2],
-    dt: f64,
+    [time, dt]: [f64; 2],
     tension: &mut Tension,
 ) {
+    let [shaken, coming] = if p.shake > 0.0 { p.shaken(time, dt) } else { [0.0; 2] };
     let n = grid.columns;
     let h = &state.h;
     tension.up.par_chunks_exact_mut(n).zip(state.down.par_chunks_exact_mut(n)).enumerate().with_min_len(8).for_each(
@@ -511,16 +540,19 @@ fn push(
                 return;
             }
             // From the heights themselves, so that a film of one thickness stays at rest to the last digit.
-            let gravity = p.gravity * (grid.height[i - 1] - grid.height[i]) / grid.dy;
-            let coupling = grid.side[i] / grid.dy;
-            for j in 0..n {
-                let (a, b) = ((i - 1) * n + j, i * n + j);
-                let weight = p.density * (h[a] + h[b]) / 2.0;
-                let (mass, c) = (weight + p.air_mass, (drag[a] + drag[b]) / 2.0);
-                let inverse = 1.0 / (mass + dt * c);
-                down[j] = (mass * down[j] + dt * (weight * gravity + c * air[0][i * n + j])) * inverse;
-                up[j] = coupling * inverse;
-            }
+            let slope = (grid.height[i - 1] - grid.height[i]) / grid.dy;
+            let gravity = (p.weight() + shaken) * slope;
+            let (a, b) = ((i - 1) * n..i * n, i * n..(i + 1) * n);
+            let pushed = Pushed {
+                density: p.density,
+                air_mass: p.air_mass,
+                dt,
+                gravity,
+                coming: coming * slope,
+                coupling: grid.side[i] / grid.dy,
+            };
+            let (h, drag) = ([&h[a.clone()], &h[b.clone()]], [&drag[a], &drag[b.clone()]]);
+            wide!(push_row(&pushed, h, drag, &air[0][b], down, up));
         },
     );
     tension
@@ -530,46 +562,158 @@ fn push(
         .enumerate()
         .with_min_len(8)
         .for_each(|(i, (right, across))| {
+            let row = i * n..(i + 1) * n;
             let coupling = grid.dy / grid.width[i];
-            for j in 0..n {
-                let (a, b) = (i * n + j, i * n + if j + 1 == n { 0 } else { j + 1 });
-                let mass = p.density * (h[a] + h[b]) / 2.0 + p.air_mass;
-                let c = (drag[a] + drag[b]) / 2.0;
-                let inverse = 1.0 / (mass + dt * c);
-                across[j] = (mass * across[j] + dt * c * air[1][a]) * inverse;
-                right[j] = coupling * inverse;
-            }
+            let pushed = Pushed { density: p.density, air_mass: p.air_mass, dt, gravity: 0.0, coming: 0.0, coupling };
+            let (h, drag, air) = (&h[row.clone()], &drag[row.clone()], &air[1][row]);
+            // All but the last, whose neighbour is the first.
+            let m = n - 1;
+            wide!(push_row(
+                &pushed,
+                [&h[..m], &h[1..]],
+                [&drag[..m], &drag[1..]],
+                &air[..m],
+                &mut across[..m],
+                &mut right[..m]
+            ));
+            let last = |values: &[f64]| [values[m], values[0]];
+            let ([a, b], [c, d]) = (last(h), last(drag));
+            push_row(&pushed, [&[a], &[b]], [&[c], &[d]], &air[m..], &mut across[m..], &mut right[m..]);
         });
+}
+
+/// What pushes a row of sides.
+struct Pushed {
+    density: f64,
+    air_mass: f64,
+    dt: f64,
+    gravity: f64,
+    /// Air that comes down upon a frame that is shaken, m/s.
+    coming: f64,
+    coupling: f64,
+}
+
+#[inline(always)]
+fn push_row(p: &Pushed, h: [&[f64]; 2], drag: [&[f64]; 2], air: &[f64], u: &mut [f64], inverse: &mut [f64]) {
+    let n = u.len();
+    let ([a, b], [c, d], air) = (h.map(|h| &h[..n]), drag.map(|drag| &drag[..n]), &air[..n]);
+    let inverse = &mut inverse[..n];
+    for j in 0..n {
+        let weight = p.density * (a[j] + b[j]) * 0.5;
+        let (mass, c) = (weight + p.air_mass, (c[j] + d[j]) * 0.5);
+        let one = 1.0 / (mass + p.dt * c);
+        u[j] = (mass * u[j] + p.dt * (weight * p.gravity + c * (air[j] + p.coming))) * one;
+        inverse[j] = p.coupling * one;
+    }
+}
+
+/// `weight s` less what leaves each cell of a row; lengths of the upper, the lower and the right side.
+#[inline(always)]
+fn gathering(sides: [&[f64]; 2], right: &[f64], lengths: [f64; 3], s: &[f64], weight: f64, out: &mut [f64]) {
+    let n = out.len();
+    let ([above, below], right, s) = (sides.map(|side| &side[..n]), &right[..n], &s[..n]);
+    let [upper, lower, high] = lengths;
+    out[0] = weight * s[0] - (lower * below[0] - upper * above[0] + high * (right[0] - right[n - 1]));
+    for j in 1..n {
+        out[j] = weight * s[j] - (lower * below[j] - upper * above[j] + high * (right[j] - right[j - 1]));
+    }
+}
+
+#[inline(always)]
+fn pull(out: &mut [f64], before: &[f64], after: &[f64], coupling: &[f64], scale: f64) {
+    let n = out.len();
+    let (before, after, coupling) = (&before[..n], &after[..n], &coupling[..n]);
+    for j in 0..n {
+        out[j] -= (after[j] - before[j]) * coupling[j] * scale;
+    }
+}
+
+/// Sum in an order of its own: eight at a time.
+#[inline(always)]
+fn sum(values: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (whole, rest) = values.as_chunks::<8>();
+    for part in whole {
+        for k in 0..8 {
+            sums[k] += part[k];
+        }
+    }
+    sums.iter().sum::<f64>() + rest.iter().sum::<f64>()
+}
+
+/// Zero, unless one of the values is no number.
+#[inline(always)]
+fn none(values: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (whole, rest) = values.as_chunks::<8>();
+    for part in whole {
+        for k in 0..8 {
+            sums[k] += 0.0 * part[k];
+        }
+    }
+    sums.iter().sum::<f64>() + rest.iter().map(|value| 0.0 * value).sum::<f64>()
+}
+
+#[inline(always)]
+fn drag_of(sides: [&[f64]; 2], right: &[f64], stress: f64, least: f64, out: &mut [f64]) {
+    let n = out.len();
+    let ([above, below], right) = (sides.map(|side| &side[..n]), &right[..n]);
+    let one = |v: f64, u: f64| {
+        let speed = (0.25 * (v * v + u * u)).sqrt();
+        stress * if speed > least { speed } else { least }.sqrt()
+    };
+    out[0] = one(above[0] + below[0], right[0] + right[n - 1]);
+    for j in 1..n {
+        out[j] = one(above[j] + below[j], right[j] + right[j - 1]);
+    }
 }
 
 /// Evaporation, down to black film; thin film turns black. Returns what went either way, m3.
 fn thin(grid: &Grid, p: &Parameters, h: &mut [f64], dt: f64) -> (f64, f64) {
     let (loss, kept) = (p.evaporation * dt, (-dt / p.black_s).exp());
-    let (mut evaporated, mut blackened) = (0.0, 0.0);
-    for (row, area) in h.chunks_exact_mut(grid.columns).zip(&grid.area) {
-        let (mut dry, mut black) = (0.0, 0.0);
-        for h in row {
-            let taken = loss.min((*h - p.black_m).max(0.0));
-            *h -= taken;
-            dry += taken;
-            if *h < p.black_below_m {
-                let new = p.black_m + (*h - p.black_m) * kept;
-                black += *h - new;
-                *h = new;
-            }
+    let rows: Vec<(f64, f64)> = h
+        .par_chunks_exact_mut(grid.columns)
+        .with_min_len(8)
+        .map(|row| wide!(thin_row(row, loss, kept, [p.black_m, p.black_below_m])))
+        .collect();
+    rows.iter().zip(&grid.area).fold((0.0, 0.0), |(a, b), ((dry, black), area)| (a + dry * area, b + black * area))
+}
+
+#[inline(always)]
+fn thin_row(row: &mut [f64], loss: f64, kept: f64, [black_m, below_m]: [f64; 2]) -> (f64, f64) {
+    let (mut dry, mut black) = ([0.0; 8], [0.0; 8]);
+    let one = |h: &mut f64, dry: &mut f64, black: &mut f64| {
+        let room = *h - black_m;
+        let room = if room > 0.0 { room } else { 0.0 };
+        let taken = if loss < room { loss } else { room };
+        let left = *h - taken;
+        let turned = black_m + (left - black_m) * kept;
+        let new = if left < below_m { turned } else { left };
+        *dry += taken;
+        *black += left - new;
+        *h = new;
+    };
+    let (whole, rest) = row.as_chunks_mut::<8>();
+    for part in whole {
+        for k in 0..8 {
+            one(&mut part[k], &mut dry[k], &mut black[k]);
         }
-        evaporated += dry * area;
-        blackened += black * area;
     }
-    (evaporated, blackened)
+    for h in rest {
+        one(h, &mut dry[0], &mut black[0]);
+    }
+    (dry.iter().sum(), black.iter().sum())
 }
 
 /// Liquid that runs down between faces that stand still, `rho g h^3 / (12 mu)` per length, upwind. Returns what leaves
 /// at the lower wall, m3.
 pub fn drain_inside(grid: &Grid, p: &Parameters, h: &mut [f64], dt: f64) -> f64 {
     let n = grid.columns;
-    let strength = p.density * p.gravity / (12.0 * p.viscosity);
-    let thickest = h.iter().copied().fold(0.0, f64::max);
+    let strength = p.density * p.weight() / (12.0 * p.viscosity);
+    let thickest = h
+        .par_chunks(4096)
+        .map(|part| wide!(part.iter().fold(0.0, |a: f64, &b| if b > a { b } else { a })))
+        .reduce(|| 0.0, f64::max);
     // A wave of thickness moves at three times the mean speed; it must not pass half a cell.
     let count = (3.0 * strength * thickest * thickest * dt / grid.dy / 0.5).ceil().clamp(1.0, 1e6);
     let mut drained = 0.0;
@@ -632,11 +776,14 @@ fn move_spots(grid: &Grid, spots: &mut [Spot], down: &[f64], across: &[f64], dt:
 fn air(wind: &[Vec<f64>; 2], eddies: &[([Vec<f64>; 2], f64, f64)], p: &Parameters, time: f64) -> [Vec<f64>; 2] {
     let mut out = wind.clone();
     if p.eddies > 0.0 {
-        for (field, rate, phase) in eddies {
-            let height = p.eddies * (rate * time + phase).cos();
-            for (out, field) in out.iter_mut().zip(field) {
-                out.iter_mut().zip(field).for_each(|(out, field)| *out += height * field);
-            }
+        let heights: Vec<f64> = eddies.iter().map(|(_, rate, phase)| p.eddies * (rate * time + phase).cos()).collect();
+        for (part, out) in out.iter_mut().enumerate() {
+            out.par_chunks_mut(4096).enumerate().for_each(|(block, out)| {
+                for ((field, ..), height) in eddies.iter().zip(&heights) {
+                    let field = &field[part][block * 4096..];
+                    wide!(out.iter_mut().zip(field).for_each(|(out, field)| *out += height * field));
+                }
+            });
         }
     }
     out

@@ -223,12 +223,6 @@ impl Padded {
         });
     }
 
-    /// A row with its ghosts; `row` counts from `-PAD`.
-    pub fn row(&self, row: isize) -> &[f64] {
-        let start = (row + PAD as isize) as usize * self.stride;
-        &self.data[start..start + self.stride]
-    }
-
     /// Cubic Lagrange interpolation, rows and columns counted from the first value.
     #[inline]
     pub fn cubic(&self, row: f64, column: f64) -> f64 {
@@ -241,6 +235,50 @@ impl Padded {
             sum += weight * (wj[0] * taps[0] + wj[1] * taps[1] + wj[2] * taps[2] + wj[3] * taps[3]);
         }
         sum
+    }
+}
+
+/// Rows of ghosts above and below.
+pub const GHOSTS: usize = PAD;
+
+/// The rows beyond the edges of a field that is itself left where it is.
+pub struct Ghosts {
+    columns: usize,
+    /// Those above, the furthest first, then those below.
+    rows: Vec<f64>,
+}
+
+impl Ghosts {
+    pub fn new(grid: &Grid) -> Ghosts {
+        Ghosts { columns: grid.columns, rows: vec![0.0; 2 * GHOSTS * grid.columns] }
+    }
+
+    pub fn fill(&mut self, grid: &Grid, kind: Kind, values: &[f64]) {
+        let n = self.columns;
+        let rows = (values.len() / n) as isize;
+        for (k, out) in self.rows.chunks_exact_mut(n).enumerate() {
+            let row = if k < GHOSTS { k as isize - GHOSTS as isize } else { rows + (k - GHOSTS) as isize };
+            let (from, shift, sign) = source(grid, kind, row, rows);
+            out.copy_from_slice(&values[from * n..(from + 1) * n]);
+            out.rotate_left(shift);
+            out.iter_mut().for_each(|value| *value *= sign);
+        }
+    }
+
+    /// A row of the field that the ghosts were made of.
+    #[inline(always)]
+    pub fn line<'a>(&'a self, values: &'a [f64], row: isize) -> &'a [f64] {
+        let n = self.columns;
+        let rows = (values.len() / n) as isize;
+        if row < 0 {
+            let k = (row + GHOSTS as isize) as usize;
+            &self.rows[k * n..(k + 1) * n]
+        } else if row >= rows {
+            let k = (row - rows) as usize + GHOSTS;
+            &self.rows[k * n..(k + 1) * n]
+        } else {
+            &values[row as usize * n..(row as usize + 1) * n]
+        }
     }
 }
 

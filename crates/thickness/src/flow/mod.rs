@@ -1,6 +1,15 @@
 //! Films that flow: gravity, elasticity, viscosity, air, evaporation, black film and marginal regeneration on a sphere,
 //! a dome or a vertical plane. Numerics only, no light; the equations and their tests are in `docs/living-films.md`.
 
+/// Compiles an expression once for each kind of processor and runs the one for this: plain loops over slices in
+/// functions that are always inlined become vector instructions. No sum is reordered and nothing is fused, so all
+/// kinds give the same bytes.
+macro_rules! wide {
+    ($what:expr) => {
+        fearless_simd::dispatch!(fearless_simd::Level::new(), _simd => $what)
+    };
+}
+
 mod carry;
 mod chance;
 mod checkpoint;
@@ -8,6 +17,7 @@ mod events;
 mod field;
 mod film;
 mod grid;
+mod near;
 mod parameters;
 mod spectral;
 mod tension;

@@ -24,6 +24,12 @@ pub struct Parameters {
     pub density: f64,
     /// Acceleration of gravity, m/s2.
     pub gravity: f64,
+    /// How far the frame of a plane leans from the vertical, degrees; a sphere has none.
+    pub tilt_deg: f64,
+    /// Greatest acceleration of a frame, or of a bubble's ring, that is shaken up and down along the film, m/s2.
+    pub shake: f64,
+    /// How often it is, Hz.
+    pub shake_hz: f64,
     /// Viscosity of the liquid, Pa s.
     pub viscosity: f64,
     /// Surface shear viscosity of one face, Pa s m.
@@ -125,6 +131,9 @@ impl Parameters {
             noise_length_m: [0.025 / 4.0, 0.025 / 40.0],
             density: 1000.0,
             gravity: 9.81,
+            tilt_deg: 0.0,
+            shake: 0.0,
+            shake_hz: 5.0,
             viscosity: 1.5e-3,
             surface_viscosity: 1e-8,
             elasticity: 22e-3,
@@ -234,6 +243,18 @@ impl Parameters {
         {
             return wrong("rim_deg", format!("must be 180 for a whole sphere, else from 20 to 160, got {rim_deg:?}"));
         }
+        match self.shape {
+            Shape::Plane { .. } if self.tilt_deg > 90.0 => {
+                return wrong("tilt_deg", format!("must be from 0 (vertical) to 90 (level), got {:?}", self.tilt_deg));
+            }
+            Shape::Sphere { .. } if self.tilt_deg != 0.0 => {
+                return wrong(
+                    "tilt_deg",
+                    format!("must be 0 for a bubble, which has no frame, got {:?}", self.tilt_deg),
+                );
+            }
+            _ => {}
+        }
         for (key, value, least) in [("columns", self.columns, 16), ("rows", self.rows, 8)] {
             if !(least..=16384).contains(&value) {
                 return wrong(key, format!("must be from {least} to 16384 cells, got {value}"));
@@ -304,6 +325,21 @@ impl Parameters {
             Shape::Plane { .. } => true,
         };
         self.regeneration > 0.0 && rim
+    }
+
+    /// Gravity along the vertical of the film: less where the frame leans, m/s2.
+    pub fn weight(&self) -> f64 {
+        self.gravity * self.tilt_deg.to_radians().cos()
+    }
+
+    /// What a frame that is shaken up and down adds to gravity, m/s2, and the speed at which the air then comes down
+    /// upon it, m/s; means from `time` to `time + dt`, s.
+    pub fn shaken(&self, time: f64, dt: f64) -> [f64; 2] {
+        let rate = std::f64::consts::TAU * self.shake_hz;
+        // The acceleration is a cos(wt) upwards, the speed a sin(wt) / w.
+        let mean = |integral: &dyn Fn(f64) -> f64| (integral(time + dt) - integral(time)) / dt;
+        let speed = mean(&|t| -(rate * t).cos() / rate) / rate;
+        [self.shake * mean(&|t| (rate * t).sin() / rate), self.shake * speed]
     }
 
     /// The longer side of a cell where patches form, m.
@@ -416,6 +452,9 @@ numbers! {
     "noise_shortest_m" = [noise_length_m 1] * 1.0,
     "density_kg_m3" = density * 1.0,
     "gravity_m_s2" = gravity * 1.0,
+    "tilt_deg" = tilt_deg * 1.0,
+    "shake_m_s2" = shake * 1.0,
+    "shake_hz" = shake_hz * 1.0,
     "viscosity_pa_s" = viscosity * 1.0,
     "surface_viscosity_pa_s_m" = surface_viscosity * 1.0,
     "elasticity_n_m" = elasticity * 1.0,
@@ -454,7 +493,8 @@ enum Least {
 }
 
 /// Numbers that must not be zero.
-const POSITIVE: [&str; 22] = [
+const POSITIVE: [&str; 23] = [
+    "shake_hz",
     "radius_m",
     "rim_deg",
     "width_m",

@@ -59,6 +59,7 @@ impl Tridiagonal {
         Tridiagonal { above, below, pivots }
     }
 
+    #[inline(always)]
     fn solve(&self, block: usize, values: &mut [Complex<f64>]) {
         let rows = self.above.len();
         let pivots = &self.pivots[block * rows * BLOCK..(block + 1) * rows * BLOCK];
@@ -117,13 +118,11 @@ impl Spectral {
 
     /// Solves in place, row after row; `without_mean` leaves the mean of each row out, which comes back as zero.
     pub fn solve(&mut self, values: &mut [f64], task: &Task<'_>, without_mean: bool) {
-        let (columns, rows, waves) = (self.columns, self.rows, self.waves);
-        let zero = Complex::new(0.0, 0.0);
-        let forward = &self.forward;
+        let forward = self.forward.clone();
         // The transforms take only buffers of their own lengths, so none of their errors can happen.
         self.spectra
-            .par_chunks_exact_mut(waves)
-            .zip(values.par_chunks_exact_mut(columns))
+            .par_chunks_exact_mut(self.waves)
+            .zip(values.par_chunks_exact_mut(self.columns))
             .with_min_len(8)
             .for_each_init(
                 || forward.make_scratch_vec(),
@@ -131,12 +130,39 @@ impl Spectral {
                     forward
                         .process_with_scratch(row, spectrum, scratch)
                         .expect("buffers of the transform's own length");
-                    if without_mean {
-                        spectrum[0] = zero;
-                    }
                 },
             );
-        let spectra = &self.spectra;
+        self.finish(values, task, without_mean);
+    }
+
+    /// The same from one place to another.
+    pub fn solve_from(&mut self, from: &[f64], values: &mut [f64], task: &Task<'_>, without_mean: bool) {
+        let forward = self.forward.clone();
+        self.spectra
+            .par_chunks_exact_mut(self.waves)
+            .zip(from.par_chunks_exact(self.columns))
+            .with_min_len(8)
+            .for_each_init(
+                || (forward.make_input_vec(), forward.make_scratch_vec()),
+                |(room, scratch), (spectrum, row)| {
+                    room.copy_from_slice(row);
+                    forward
+                        .process_with_scratch(room, spectrum, scratch)
+                        .expect("buffers of the transform's own length");
+                },
+            );
+        self.finish(values, task, without_mean);
+    }
+
+    /// All but the transform of the rows.
+    fn finish(&mut self, values: &mut [f64], task: &Task<'_>, without_mean: bool) {
+        let (columns, rows, waves) = (self.columns, self.rows, self.waves);
+        let zero = Complex::new(0.0, 0.0);
+        let spectra = &mut self.spectra;
+        if without_mean {
+            spectra.iter_mut().step_by(waves).for_each(|mean| *mean = zero);
+        }
+        let spectra = &*spectra;
         self.blocks.par_chunks_exact_mut(rows * BLOCK).enumerate().for_each(|(block, out)| {
             let first = block * BLOCK;
             let count = BLOCK.min(waves - first);
@@ -145,12 +171,12 @@ impl Spectral {
                 here[count..].fill(zero);
             }
             match task {
-                Task::Solve(system) => system.solve(block, out),
+                Task::Solve(system) => wide!(system.solve(block, out)),
                 Task::SolveChange(one, two) => {
                     let before = out.to_vec();
-                    one.solve(block, out);
+                    wide!(one.solve(block, out));
                     out.iter_mut().zip(&before).for_each(|(after, before)| *after -= before);
-                    two.solve(block, out);
+                    wide!(two.solve(block, out));
                 }
             }
         });

@@ -61,69 +61,126 @@ impl Tension {
             diagonal[row] + up[row] + up[row + 1] + right[row] * turn
         });
 
-        let wanted = tolerance * dot(n, right_side, right_side).sqrt();
+        let wanted =
+            tolerance * total(right_side.par_chunks_exact(n).with_min_len(16).map(|row| wide!(dot(row, row)))).sqrt();
         let Tension { spectral, up, right, residual, direction, applied, preconditioned } = self;
-        apply(n, diagonal, up, right, q, residual);
-        residual.par_iter_mut().zip(&*right_side).for_each(|(r, b)| *r = b - *r);
+        let around = |row: usize| Around::new(row, n, rows, diagonal, up, right);
+        let guess = &*q;
+        let first = residual.par_chunks_exact_mut(n).enumerate().with_min_len(8).map(|(row, out)| {
+            let b = &right_side[row * n..(row + 1) * n];
+            wide!({
+                apply(&around(row), guess, out);
+                out.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+                dot(out, out)
+            })
+        });
+        let mut square = total(first);
         let mut rho = 0.0;
         for iteration in 0..MOST {
-            let left = dot(n, residual, residual).sqrt();
-            if !left.is_finite() {
+            if !square.is_finite() {
                 return None;
             }
-            if left <= wanted {
+            if square.sqrt() <= wanted {
                 if singular {
                     let mean = grid.integral(q) / grid.total_area();
                     q.iter_mut().for_each(|value| *value -= mean);
                 }
                 return Some(iteration);
             }
-            preconditioned.copy_from_slice(residual);
-            spectral.solve(preconditioned, &Task::Solve(&system), false);
+            spectral.solve_from(residual, preconditioned, &Task::Solve(&system), false);
             if singular {
                 let mean = mean_of(preconditioned);
                 preconditioned.iter_mut().for_each(|value| *value -= mean);
             }
-            let new = dot(n, residual, preconditioned);
+            let pairs = residual.par_chunks_exact(n).zip(preconditioned.par_chunks_exact(n)).with_min_len(16);
+            let new = total(pairs.map(|(r, z)| wide!(dot(r, z))));
             let share = if iteration == 0 { 0.0 } else { new / rho };
             rho = new;
-            direction.par_iter_mut().zip(&*preconditioned).for_each(|(d, z)| *d = z + share * *d);
-            apply(n, diagonal, up, right, direction, applied);
-            let length = rho / dot(n, direction, applied);
-            q.par_iter_mut().zip(&*direction).for_each(|(q, d)| *q += length * d);
-            residual.par_iter_mut().zip(&*applied).for_each(|(r, a)| *r -= length * a);
+            direction.par_chunks_exact_mut(n).zip(preconditioned.par_chunks_exact(n)).with_min_len(16).for_each(
+                |(d, z)| {
+                    wide!(d.iter_mut().zip(z).for_each(|(d, z)| *d = z + share * *d));
+                },
+            );
+            let along = &*direction;
+            let lengths = applied.par_chunks_exact_mut(n).enumerate().with_min_len(8).map(|(row, out)| {
+                wide!({
+                    apply(&around(row), along, out);
+                    dot(out, &along[row * n..(row + 1) * n])
+                })
+            });
+            let length = rho / total(lengths);
+            let rows = q.par_chunks_exact_mut(n).zip(residual.par_chunks_exact_mut(n)).enumerate().with_min_len(16);
+            square = total(rows.map(|(row, (q, r))| {
+                let (d, a) = (&along[row * n..(row + 1) * n], &applied[row * n..(row + 1) * n]);
+                wide!({
+                    q.iter_mut().zip(d).for_each(|(q, d)| *q += length * d);
+                    r.iter_mut().zip(a).for_each(|(r, a)| *r -= length * a);
+                    dot(r, r)
+                })
+            }));
         }
         None
     }
 }
 
-/// Sum of products; its order does not depend on threads.
-fn dot(columns: usize, a: &[f64], b: &[f64]) -> f64 {
-    let rows: Vec<f64> = a
-        .par_chunks_exact(columns)
-        .zip(b.par_chunks_exact(columns))
-        .with_min_len(16)
-        .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>())
-        .collect();
-    rows.iter().sum()
+/// Sum over rows, in their order whatever the threads.
+fn total(rows: impl IndexedParallelIterator<Item = f64>) -> f64 {
+    rows.collect::<Vec<f64>>().iter().sum()
 }
 
-fn apply(n: usize, diagonal: &[f64], up: &[f64], right: &[f64], q: &[f64], out: &mut [f64]) {
-    let rows = diagonal.len();
-    out.par_chunks_exact_mut(n).enumerate().with_min_len(8).for_each(|(row, out)| {
-        let line = |row: usize| &q[row * n..(row + 1) * n];
-        let here = line(row);
-        // No side at the ends couples, so any row will do beyond them.
-        let (above, below) = (line(row.saturating_sub(1)), line((row + 1).min(rows - 1)));
-        let (up, down) = (&up[row * n..(row + 1) * n], &up[(row + 1) * n..(row + 2) * n]);
-        let right = &right[row * n..(row + 1) * n];
-        for j in 0..n {
-            let (before, after) = (if j == 0 { n - 1 } else { j - 1 }, if j + 1 == n { 0 } else { j + 1 });
-            out[j] = diagonal[row] * here[j]
-                + up[j] * (here[j] - above[j])
-                + down[j] * (here[j] - below[j])
-                + right[j] * (here[j] - here[after])
-                + right[before] * (here[j] - here[before]);
+/// Sum of products of a row, eight side by side.
+#[inline(always)]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..8 {
+            sums[k] += a[k] * b[k];
         }
-    });
+    }
+    sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
+}
+
+/// A row and what couples it.
+struct Around<'a> {
+    n: usize,
+    /// It, the one above and the one below. No side at the ends couples, so any row will do beyond them.
+    rows: [usize; 3],
+    diagonal: f64,
+    up: &'a [f64],
+    down: &'a [f64],
+    right: &'a [f64],
+}
+
+impl<'a> Around<'a> {
+    fn new(row: usize, n: usize, rows: usize, diagonal: &[f64], up: &'a [f64], right: &'a [f64]) -> Around<'a> {
+        Around {
+            n,
+            rows: [row, row.saturating_sub(1), (row + 1).min(rows - 1)],
+            diagonal: diagonal[row],
+            up: &up[row * n..(row + 1) * n],
+            down: &up[(row + 1) * n..(row + 2) * n],
+            right: &right[row * n..(row + 1) * n],
+        }
+    }
+}
+
+/// What the matrix makes of a row of `q`.
+#[inline(always)]
+fn apply(around: &Around<'_>, q: &[f64], out: &mut [f64]) {
+    let n = around.n;
+    let [here, above, below] = around.rows.map(|row| &q[row * n..(row + 1) * n]);
+    let (up, down, right, out) = (&around.up[..n], &around.down[..n], &around.right[..n], &mut out[..n]);
+    let one = |j: usize, before: usize, after: usize| {
+        around.diagonal * here[j]
+            + up[j] * (here[j] - above[j])
+            + down[j] * (here[j] - below[j])
+            + right[j] * (here[j] - here[after])
+            + right[before] * (here[j] - here[before])
+    };
+    out[0] = one(0, n - 1, 1);
+    for j in 1..n - 1 {
+        out[j] = one(j, j - 1, j + 1);
+    }
+    out[n - 1] = one(n - 1, n - 2, 0);
 }

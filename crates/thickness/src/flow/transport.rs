@@ -7,29 +7,27 @@
 
 use rayon::prelude::*;
 
-use super::grid::{Grid, Kind, PAD, Padded, floor};
+use super::grid::{GHOSTS, Ghosts, Grid, Kind, floor};
 
 /// Furthest way down in one sub-step, cells; also how much neighbouring columns may close up.
-const MOST_CELLS: f64 = 0.45;
+const MOST_CELLS: f64 = 0.9;
 /// Most sub-steps of a step.
 pub const MOST_SUBSTEPS: f64 = 400.0;
+/// Rows that one thread takes at a time.
+const BLOCK: usize = 8;
 
 pub struct Transport {
-    half_across: Padded,
-    half_down: Vec<f64>,
-    scalar: Padded,
+    ghosts: Ghosts,
+    half_across: Vec<f64>,
     flux_across: Vec<f64>,
-    flux_down: Vec<f64>,
 }
 
 impl Transport {
     pub fn new(grid: &Grid) -> Transport {
         Transport {
-            half_across: Padded::new(grid, Kind::Scalar),
-            half_down: vec![0.0; grid.cells()],
-            scalar: Padded::new(grid, Kind::Scalar),
+            ghosts: Ghosts::new(grid),
+            half_across: vec![0.0; grid.cells()],
             flux_across: vec![0.0; grid.cells()],
-            flux_down: vec![0.0; grid.cells() + grid.columns],
         }
     }
 
@@ -41,183 +39,291 @@ impl Transport {
             .enumerate()
             .with_min_len(16)
             .map(|(i, row)| {
-                let rate = dt / grid.width[i];
-                let closing = (0..n).map(|j| (row[j] - row[if j == 0 { n - 1 } else { j - 1 }]).abs());
-                let down = down[i * n..(i + 2) * n].iter().map(|v| v.abs()).fold(0.0, f64::max);
-                (closing.fold(0.0, f64::max) * rate).max(down * dt / grid.dy)
+                let [closing, fastest] = wide!(extremes(row, &down[i * n..(i + 2) * n]));
+                // A number that is none must be heard: `max` would swallow it.
+                let (a, b) = (closing * (dt / grid.width[i]), fastest * dt / grid.dy);
+                if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
             })
             .collect();
-        (fastest.into_iter().fold(0.0, f64::max) / MOST_CELLS).ceil().max(1.0)
+        let needed =
+            fastest.into_iter().fold(0.0, |a: f64, b| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) });
+        if needed.is_nan() { needed } else { (needed / MOST_CELLS).ceil().max(1.0) }
     }
 
     /// Carries `h` over `dt` seconds in one sub-step.
     pub fn step(&mut self, grid: &Grid, h: &mut [f64], down: &[f64], across: &[f64], dt: f64) {
         let n = grid.columns;
-        self.scalar.fill(grid, Kind::Scalar, h);
-        let Transport { half_across, half_down, scalar, flux_across, flux_down } = self;
-
-        // Half a step across (`half_down` holds it until its ghosts are made), by the velocity at the middles of cells.
-        half_down.par_chunks_exact_mut(n).enumerate().with_min_len(8).for_each(|(i, out)| {
-            let row = &h[i * n..(i + 1) * n];
-            let u = &across[i * n..(i + 1) * n];
-            let rate = dt / grid.width[i] / 2.0;
-            for j in 0..n {
-                let c = (u[j] + u[if j == 0 { n - 1 } else { j - 1 }]) * rate;
-                let from = j as f64 - c;
-                let left = floor(from);
-                let share = from - left;
-                let left = (left as isize).rem_euclid(n as isize) as usize;
-                let right = if left + 1 == n { 0 } else { left + 1 };
-                out[j] = 0.5 * (row[j] + row[left] * (1.0 - share) + row[right] * share);
+        let Transport { ghosts, half_across, flux_across } = self;
+        ghosts.fill(grid, Kind::Scalar, h);
+        let from = &*h;
+        let line = |i: isize| ghosts.line(from, i);
+        half_across
+            .par_chunks_exact_mut(n)
+            .zip(flux_across.par_chunks_exact_mut(n))
+            .enumerate()
+            .with_min_len(BLOCK)
+            .for_each_init(Row::default, |room, (i, (half, flux))| {
+                let (row, u) = (line(i as isize), &across[i * n..(i + 1) * n]);
+                let (above, below) = (line(i as isize - 1), line(i as isize + 1));
+                let (v, w) = (&down[i * n..(i + 1) * n], &down[(i + 1) * n..(i + 2) * n]);
+                let rate = dt / grid.width[i];
+                // Half a step across, by the velocity at the middles of cells; half a step down, and with that the
+                // liquid through the right sides, m3.
+                wide!({
+                    room.middles(u, rate);
+                    room.half_across(row, half);
+                    room.half_down([above, row, below], [v, w], dt / grid.dy / 2.0);
+                    room.flux(u, rate, grid.dy * grid.width[i], flux);
+                });
+            });
+        ghosts.fill(grid, Kind::Scalar, half_across);
+        let half_across = &*half_across;
+        let line = |i: isize| ghosts.line(half_across, i);
+        // Liquid through the upper sides, m3; what enters less what leaves.
+        let through = |i: usize, out: &mut [f64]| {
+            if i == 0 || i == grid.rows {
+                return out.fill(0.0);
             }
-        });
-        half_across.fill(grid, Kind::Scalar, half_down);
-        // Half a step down.
-        half_down.par_chunks_exact_mut(n).enumerate().with_min_len(8).for_each(|(i, out)| {
-            let line = |k: isize| &scalar.row(i as isize + k)[PAD..PAD + n];
-            let (above, here, below) = (line(-1), line(0), line(1));
-            let (v, w) = (&down[i * n..(i + 1) * n], &down[(i + 1) * n..(i + 2) * n]);
-            let rate = dt / grid.dy / 2.0;
-            for j in 0..n {
-                let c = (v[j] + w[j]) * rate;
-                let from = if c > 0.0 { above[j] } else { below[j] };
-                out[j] = here[j] - 0.5 * c.abs() * (here[j] - from);
-            }
-        });
-        // Liquid through the right sides, and through the upper ones, m3.
-        flux_across.par_chunks_exact_mut(n).enumerate().with_min_len(4).for_each_init(
-            Row::default,
-            |room, (i, out)| {
-                let u = &across[i * n..(i + 1) * n];
-                room.flux(&half_down[i * n..(i + 1) * n], u, dt / grid.width[i], out);
-                let whole = grid.dy * grid.width[i];
-                out.iter_mut().for_each(|flux| *flux *= whole);
+            let rows = std::array::from_fn(|k| line(i as isize + k as isize - 3));
+            wide!(flux_down(rows, &down[i * n..(i + 1) * n], dt / grid.dy, grid.side[i] * dt, out));
+        };
+        h.par_chunks_mut(n * BLOCK).enumerate().for_each_init(
+            || (vec![0.0; n], vec![0.0; n]),
+            |(above, below), (block, rows)| {
+                through(block * BLOCK, above);
+                for (k, row) in rows.chunks_exact_mut(n).enumerate() {
+                    let i = block * BLOCK + k;
+                    through(i + 1, below);
+                    wide!(change(row, [above, below], &flux_across[i * n..(i + 1) * n], 1.0 / grid.area[i]));
+                    std::mem::swap(above, below);
+                }
             },
         );
-        let half_across = &*half_across;
-        flux_down[n..grid.rows * n].par_chunks_exact_mut(n).enumerate().with_min_len(4).for_each(|(i, out)| {
-            let i = i as isize + 1;
-            let line = |k: isize| &half_across.row(i + k)[PAD..PAD + n];
-            let [a, b, c, d, e, f] = [line(-3), line(-2), line(-1), line(0), line(1), line(2)];
-            let v = &down[i as usize * n..(i as usize + 1) * n];
-            let (rate, whole) = (dt / grid.dy, grid.side[i as usize] * dt);
-            for j in 0..n {
-                let courant = v[j] * rate;
-                let held = if courant > 0.0 {
-                    mean_leaving([a[j], b[j], c[j], d[j], e[j]], courant)
-                } else {
-                    // The same seen from below.
-                    mean_leaving([f[j], e[j], d[j], c[j], b[j]], -courant)
-                };
-                out[j] = v[j] * whole * held;
-            }
-        });
-        h.par_chunks_exact_mut(n).enumerate().with_min_len(8).for_each(|(i, row)| {
-            let (above, below) = (&flux_down[i * n..(i + 1) * n], &flux_down[(i + 1) * n..(i + 2) * n]);
-            let right = &flux_across[i * n..(i + 1) * n];
-            let scale = 1.0 / grid.area[i];
-            for j in 0..n {
-                let left = right[if j == 0 { n - 1 } else { j - 1 }];
-                row[j] -= (right[j] - left + below[j] - above[j]) * scale;
-            }
-        });
+    }
+}
+
+/// How much neighbours close up, and the fastest of the second; a number that is none comes through.
+#[inline(always)]
+fn extremes(row: &[f64], down: &[f64]) -> [f64; 2] {
+    let closing = |a: f64, b: f64| (b - a).abs();
+    // Several at a time: what one waits for is the other's time.
+    let mut most = [[0.0_f64; 8]; 2];
+    let larger = |a: f64, b: f64| if a > b { a } else { b };
+    let n = row.len();
+    most[0][0] = closing(row[n - 1], row[0]);
+    for (k, (a, b)) in row[..n - 1].iter().zip(&row[1..]).enumerate() {
+        most[0][k % 8] = larger(most[0][k % 8], closing(*a, *b));
+    }
+    for (k, v) in down.iter().enumerate() {
+        most[1][k % 8] = larger(most[1][k % 8], v.abs());
+    }
+    // Zero times a sum is zero, or none.
+    let heard = 0.0 * (row.iter().sum::<f64>() + down.iter().sum::<f64>());
+    most.map(|most| most.into_iter().fold(0.0, larger) + heard)
+}
+
+/// `rows` are the three above and the three below.
+#[inline(always)]
+fn flux_down(rows: [&[f64]; 6], v: &[f64], rate: f64, whole: f64, out: &mut [f64]) {
+    let n = out.len();
+    let [a, b, c, d, e, f] = rows.map(|row| &row[..n]);
+    let v = &v[..n];
+    for j in 0..n {
+        let courant = v[j] * rate;
+        let forward = courant > 0.0;
+        // Against the stream it is the same seen from below.
+        let pick = |x: f64, y: f64| if forward { x } else { y };
+        let cells = [pick(a[j], f[j]), pick(b[j], e[j]), pick(c[j], d[j]), pick(d[j], c[j]), pick(e[j], b[j])];
+        out[j] = v[j] * whole * mean_leaving(cells, courant.abs());
+    }
+}
+
+#[inline(always)]
+fn change(row: &mut [f64], sides: [&[f64]; 2], right: &[f64], scale: f64) {
+    let n = row.len();
+    let [above, below] = sides.map(|side| &side[..n]);
+    let right = &right[..n];
+    row[0] -= (right[0] - right[n - 1] + below[0] - above[0]) * scale;
+    for j in 1..n {
+        row[j] -= (right[j] - right[j - 1] + below[j] - above[j]) * scale;
     }
 }
 
 /// Mean over the last `share` of the middle of five cells, of the parabola through it.
-#[inline]
+#[inline(always)]
 fn mean_leaving(cells: [f64; 5], share: f64) -> f64 {
     let [a, b, c, d, e] = cells;
     let (left, right) = limited(b, c, d, edge(a, b, c, d), edge(b, c, d, e));
     leaving(c, left, right, share)
 }
 
+#[inline(always)]
+fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn most(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
 /// The value between `b` and `c` of four cells, never outside these two.
-#[inline]
+#[inline(always)]
 fn edge(a: f64, b: f64, c: f64, d: f64) -> f64 {
-    let value = (7.0 * (b + c) - a - d) / 12.0;
-    value.max(b.min(c)).min(b.max(c))
+    let value = (7.0 * (b + c) - a - d) * (1.0 / 12.0);
+    least(most(value, least(b, c)), most(b, c))
 }
 
 /// Ends of a parabola of mean `c`, such that it stays between its neighbours.
-#[inline]
+#[inline(always)]
 fn limited(b: f64, c: f64, d: f64, left: f64, right: f64) -> (f64, f64) {
-    if (c - b) * (d - c) <= 0.0 {
-        return (c, c);
-    }
     let change = right - left;
     let bend = 6.0 * (c - 0.5 * (left + right));
-    if change * bend > change * change {
-        (3.0 * c - 2.0 * right, right)
-    } else if change * bend < -change * change {
-        (left, 3.0 * c - 2.0 * left)
-    } else {
-        (left, right)
-    }
+    let (steep, square) = (change * bend, change * change);
+    let new_left = if steep > square { 3.0 * c - 2.0 * right } else { left };
+    let new_right = if steep < -square { 3.0 * c - 2.0 * left } else { right };
+    let turns = (c - b) * (d - c) <= 0.0;
+    (if turns { c } else { new_left }, if turns { c } else { new_right })
 }
 
-#[inline]
+#[inline(always)]
 fn leaving(c: f64, left: f64, right: f64, share: f64) -> f64 {
     let bend = 6.0 * (c - 0.5 * (left + right));
     right - 0.5 * share * (right - left - (1.0 - 2.0 / 3.0 * share) * bend)
 }
 
-/// Room for fluxes around one parallel.
+/// Room for one parallel.
 #[derive(Default)]
 struct Row {
-    /// The row with two ghosts on either side.
+    /// Courant numbers of half a step at the middles of cells.
+    middles: Vec<f64>,
+    /// Whether some reach a whole cell.
+    far: bool,
+    /// The row half a step down, with ghosts on either side.
     cells: Vec<f64>,
-    edges: Vec<f64>,
-    ends: Vec<(f64, f64)>,
+    /// Left and right ends of the parabolas of cells -1 to n.
+    ends: [Vec<f64>; 2],
     /// Sums of the first cells.
     sums: Vec<f64>,
 }
 
 impl Row {
-    /// What passes the right side of each cell, in thickness times cells.
-    fn flux(&mut self, row: &[f64], u: &[f64], rate: f64, out: &mut [f64]) {
-        let n = row.len();
-        self.cells.clear();
-        self.cells.extend_from_slice(&row[n - 2..]);
-        self.cells.extend_from_slice(row);
-        self.cells.extend_from_slice(&row[..2]);
-        let c = &self.cells;
-        // Edge k lies on the left of cell k.
-        self.edges.clear();
-        self.edges.extend((0..=n).map(|k| edge(c[k], c[k + 1], c[k + 2], c[k + 3])));
-        let edges = &self.edges;
-        self.ends.clear();
-        self.ends.extend((0..n).map(|k| limited(c[k + 1], c[k + 2], c[k + 3], edges[k], edges[k + 1])));
-        let far = u.iter().fold(0.0_f64, |most, u| most.max(u.abs())) * rate >= 1.0;
-        if far {
-            self.sums.clear();
-            self.sums.push(0.0);
-            let mut sum = 0.0;
-            for value in row {
-                sum += value;
-                self.sums.push(sum);
-            }
+    #[inline(always)]
+    fn middles(&mut self, u: &[f64], rate: f64) {
+        let n = u.len();
+        self.middles.resize(n, 0.0);
+        self.cells.resize(n + 2 * GHOSTS, 0.0);
+        self.ends.iter_mut().for_each(|ends| ends.resize(n + 2, 0.0));
+        let half = rate / 2.0;
+        let out = &mut self.middles[..n];
+        out[0] = (u[0] + u[n - 1]) * half;
+        for j in 1..n {
+            out[j] = (u[j] + u[j - 1]) * half;
         }
-        let total = self.sums.last().copied().unwrap_or(0.0);
-        // Sum of the cells from `a` to before `b`, which may lie any number of turns away.
-        let sums = &self.sums;
+        let mut fastest = [0.0; 8];
+        for (k, u) in u.iter().enumerate() {
+            fastest[k % 8] = most(fastest[k % 8], u.abs());
+        }
+        self.far = fastest.into_iter().fold(0.0, most) * rate >= 1.0;
+    }
+
+    /// Half of it as it is and half of it a half step later.
+    #[inline(always)]
+    fn half_across(&mut self, row: &[f64], out: &mut [f64]) {
+        let n = row.len();
+        let (c, out) = (&self.middles[..n], &mut out[..n]);
+        if self.far {
+            for j in 0..n {
+                let from = j as f64 - c[j];
+                let left = floor(from);
+                let share = from - left;
+                let left = (left as isize).rem_euclid(n as isize) as usize;
+                let right = if left + 1 == n { 0 } else { left + 1 };
+                out[j] = 0.5 * (row[j] + row[left] * (1.0 - share) + row[right] * share);
+            }
+            return;
+        }
+        let one = |before: f64, here: f64, after: f64, c: f64| {
+            let slope = if c > 0.0 { here - before } else { after - here };
+            here - 0.5 * c * slope
+        };
+        out[0] = one(row[n - 1], row[0], row[1], c[0]);
+        for j in 1..n - 1 {
+            out[j] = one(row[j - 1], row[j], row[j + 1], c[j]);
+        }
+        out[n - 1] = one(row[n - 2], row[n - 1], row[0], c[n - 1]);
+    }
+
+    #[inline(always)]
+    fn half_down(&mut self, rows: [&[f64]; 3], sides: [&[f64]; 2], rate: f64) {
+        let n = rows[0].len();
+        let [above, here, below] = rows.map(|row| &row[..n]);
+        let [v, w] = sides.map(|side| &side[..n]);
+        let out = &mut self.cells[GHOSTS..GHOSTS + n];
+        for j in 0..n {
+            let c = (v[j] + w[j]) * rate;
+            let from = if c > 0.0 { above[j] } else { below[j] };
+            out[j] = here[j] - 0.5 * c.abs() * (here[j] - from);
+        }
+        for k in 0..GHOSTS {
+            self.cells[k] = self.cells[n + k];
+            self.cells[GHOSTS + n + k] = self.cells[GHOSTS + k];
+        }
+    }
+
+    /// What passes the right side of each cell, in thickness times `whole`.
+    #[inline(always)]
+    fn flux(&mut self, u: &[f64], rate: f64, whole: f64, out: &mut [f64]) {
+        let n = u.len();
+        let out = &mut out[..n];
+        let c = &self.cells[..n + 2 * GHOSTS];
+        // Ends k belong to cell k - 1, which is c[k + 2].
+        let [lefts, rights] = &mut self.ends;
+        let (lefts, rights) = (&mut lefts[..n + 2], &mut rights[..n + 2]);
+        for k in 0..n + 2 {
+            let (left, right) =
+                (edge(c[k], c[k + 1], c[k + 2], c[k + 3]), edge(c[k + 1], c[k + 2], c[k + 3], c[k + 4]));
+            (lefts[k], rights[k]) = limited(c[k + 1], c[k + 2], c[k + 3], left, right);
+        }
+        if !self.far {
+            let here = &c[GHOSTS..GHOSTS + n + 1];
+            for j in 0..n {
+                let courant = u[j] * rate;
+                let forward = courant > 0.0;
+                let pick = |x: f64, y: f64| if forward { x } else { y };
+                let cell = pick(here[j], here[j + 1]);
+                let (from, to) = (pick(lefts[j + 1], rights[j + 2]), pick(rights[j + 1], lefts[j + 2]));
+                out[j] = courant * whole * leaving(cell, from, to, courant.abs());
+            }
+            return;
+        }
+        let row = &c[GHOSTS..GHOSTS + n];
+        self.sums.clear();
+        self.sums.push(0.0);
+        let mut sum = 0.0;
+        for value in row {
+            sum += value;
+            self.sums.push(sum);
+        }
+        let (total, sums) = (sum, &self.sums);
+        // Sum of the cells before `k`, which may lie any number of turns away.
         let up_to = |k: isize| total * k.div_euclid(n as isize) as f64 + sums[k.rem_euclid(n as isize) as usize];
         for j in 0..n {
             let courant = u[j] * rate;
-            let whole = floor(courant.abs());
-            let share = courant.abs() - whole;
-            let cells = whole as isize;
+            let passing = floor(courant.abs());
+            let share = courant.abs() - passing;
+            let cells = passing as isize;
             // The first cell that is not passed whole.
             let (k, forward) = if courant > 0.0 { (j as isize - cells, true) } else { (j as isize + 1 + cells, false) };
-            let at = if cells == 0 && k < n as isize { k as usize } else { k.rem_euclid(n as isize) as usize };
-            let (left, right) = self.ends[at];
+            let at = k.rem_euclid(n as isize) as usize;
+            let (left, right) = (lefts[at + 1], rights[at + 1]);
             let (from, to) = if forward { (left, right) } else { (right, left) };
             let mut passed = share * leaving(row[at], from, to, share);
             if cells > 0 {
                 let j = j as isize;
                 passed += if forward { up_to(j + 1) - up_to(k + 1) } else { up_to(k) - up_to(j + 1) };
             }
-            out[j] = if forward { passed } else { -passed };
+            out[j] = if forward { passed } else { -passed } * whole;
         }
     }
 }
