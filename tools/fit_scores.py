@@ -39,7 +39,7 @@ def one(task: tuple[str, int, float, float, float]) -> tuple[float, float, bool,
     """One spectrum: error, true thickness, right order, truth among the solutions, truth in the best interval, seconds."""
     name, seed, snr, low, high = task
     text, first, last, step, line_nm, thickest = SYSTEMS[name]
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng([seed, *name.encode()])
     wavelength_nm = np.arange(first, last, step)
     thickness_nm = float(random.uniform(low, min(high, thickest)))
     stack = ir.Stack.parse(text.replace("?", repr(thickness_nm)))

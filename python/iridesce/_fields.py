@@ -160,7 +160,7 @@ def _averages(index: Any, kz: Any, k0_d: Any) -> Any:
     of_kz, of_n = np.angle(kz), np.angle(index)
     theta = np.maximum(np.abs(of_kz), np.abs(2.0 * of_n - of_kz))
     growth = np.arcsinh(np.tan(np.minimum(theta, 1.5707)))
-    passive = (index.imag <= 0.0) | (theta < 0.005) | ((theta < 0.5 * np.pi) & (growth <= kz.imag * k0_d))
+    passive = (index.imag <= 0.0) | ((theta < 0.5 * np.pi) & (growth <= kz.imag * k0_d))
     return (np.abs(kz.imag) < np.abs(kz.real)) & passive
 
 

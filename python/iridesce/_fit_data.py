@@ -129,6 +129,23 @@ def weights_of(curve: Floats, data: Data, notes: list[str]) -> Floats | None:
     return unit(1.0 / np.maximum(local, 0.5 * typical))
 
 
+# Degree of the course of a lamp, and the share of its peak below which nothing is worth dividing.
+_LAMP_DEGREE = 7
+_DARK = 0.05
+
+
+def without_lamp(nm: Floats, values: Floats, mean: Floats) -> tuple[Floats, Floats, Floats] | None:
+    """Wavelengths, values and weights of a spectrum over its own smooth course, times the mean that the stack has there."""
+    x = (2.0 * nm - nm[0] - nm[-1]) / (nm[-1] - nm[0])
+    basis = np.polynomial.chebyshev.chebvander(x, _LAMP_DEGREE)
+    course = basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
+    lit = course > _DARK * course.max()
+    if course.max() <= 0.0 or lit.sum() < 100:
+        return None
+    lamp = course[lit] / mean[lit]
+    return nm[lit], values[lit] / lamp, unit(lamp)
+
+
 def _local_scatter(size: Floats, width: int) -> Floats:
     """Root mean square within a window, outliers cut at four times the median."""
     width = max(width | 1, 11)

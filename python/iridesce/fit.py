@@ -33,6 +33,7 @@ from iridesce._fit_data import (
     too_much,
     unit,
     weights_of,
+    without_lamp,
 )
 from iridesce._fit_model import GeneralModel, HarmonicModel, Problem, describe, harmonics, read_problem
 from iridesce._fit_search import Start, round_trip_rate, starts
@@ -68,6 +69,13 @@ _SMOOTH_LEFT = 1.5
 _WORTH_BENDING = 0.75
 # ... and where fringes that they cannot imitate are left: so many over the spectrum, by the degree of the gain.
 _FRINGES_FOR = (0.0, 1.0, 2.0)
+# The course of a lamp has seven degrees of freedom more.
+_FRINGES_UNDER_A_LAMP = 5.0
+_LEAST_GAIN = 0.2
+# Residuals thirty times the noise: the best film is none.
+_HOPELESS = 1e3
+# Among ten thousand trials of two degrees of freedom each, chance lowers the misfit by 2 log(1e4) = 18 variances, seldom by 40.
+_LAMP_CHANCE = 60.0
 
 
 @dataclass(frozen=True)
@@ -320,11 +328,41 @@ def fit_thickness(
         fit.bounds = bounds
         return fit.result(None if sd is None else float(1.0 / np.sqrt(np.mean(1.0 / sd**2))))
 
-    return _scaled(_first_that_fits(plans, run, problem), scale)
+    result: FitResult | None = None
+    refusal: _NoFringesError | None = None
+    try:
+        result = _first_that_fits(plans, run, problem)
+    except _NoFringesError as error:
+        refusal = error
+    if len(plans) > 1 and sd is None and (result is None or result.best.chi2 > _HOPELESS):
+        # Counts that were never divided by the lamp: its course hides the fringes.
+        divided = without_lamp(nm, values, _mean_spectrum(problem, nm))
+        if divided is not None:
+            nm, values, weight = divided
+            result = _under_a_lamp(plans[-1], run, problem) or result
+    if result is None:
+        raise refusal or ValueError("the fit found no solution")
+    return _scaled(result, scale)
 
 
 class _NoFringesError(ValueError):
     """Nothing above the noise."""
+
+
+def _under_a_lamp(
+    plan: tuple[int, int], run: Callable[[tuple[int, int]], FitResult], problem: Problem
+) -> FitResult | None:
+    """The fit of a spectrum that was divided by its own course, where its fringes can be believed."""
+    try:
+        result = _first_that_fits([plan], run, problem)
+    except _NoFringesError:
+        return None
+    few = _fringes(problem, result) < _FRINGES_UNDER_A_LAMP
+    # Divided so, the gain of a film is 1 less its stray light; what the lamp's course leaves over is far paler.
+    if few or result.best.gain < _LEAST_GAIN or not _beats_its_mean(problem, result):
+        return None
+    note = "the spectrum was divided by its own smooth course (counts not divided by the lamp?): only its fringes count"
+    return replace(result, notes=(*result.notes, note))
 
 
 def _first_that_fits(
@@ -354,6 +392,25 @@ def _first_that_fits(
     if result is None:
         raise refusal or ValueError("the fit found no solution")
     return result
+
+
+def _mean_spectrum(problem: Problem, nm: Floats) -> Floats:
+    """R or T without fringes, where that has a closed form; else 1."""
+    of = harmonics(problem, nm)
+    return np.ones_like(nm) if of is None else np.maximum(of.base, 1e-6)
+
+
+def _beats_its_mean(problem: Problem, result: FitResult) -> bool:
+    """Whether the fringes explain more than the same stack without fringes, bent as the fit may bend it, beyond chance."""
+    nm, weight = result.wavelength_nm, result.weight
+    x = (2.0 * nm - nm[0] - nm[-1]) / (nm[-1] - nm[0])
+    powers = np.stack([x**power for power in range(3)], axis=1)
+    basis = np.column_stack([powers, powers * _mean_spectrum(problem, nm)[:, None]]) * weight[:, None]
+    target = result.measured * weight
+    without = target - basis @ np.linalg.lstsq(basis, target, rcond=None)[0]
+    left = (result.measured - result.best.fitted) * weight
+    variance = float(left @ left) / max(nm.size - 8, 1)
+    return float(without @ without) - float(left @ left) > _LAMP_CHANCE * variance
 
 
 def _scaled(result: FitResult, scale: float) -> FitResult:

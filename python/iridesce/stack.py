@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, NoReturn
 
 import numpy as np
@@ -64,6 +64,71 @@ class Layer(_Fixed):
         object.__setattr__(self, "medium", _as_medium(medium))
         object.__setattr__(self, "_thickness", real_operand("thickness_nm", thickness_nm, low=0.0))
         object.__setattr__(self, "coherent", bool(coherent))
+
+    @classmethod
+    def graded(
+        cls,
+        thickness_nm: npt.ArrayLike,
+        first: MediumLike | Callable[[float], Any],
+        second: MediumLike | None = None,
+        profile: Callable[[float], float] | None = None,
+        rule: str = "bruggeman",
+        *,
+        wavelength_nm: npt.ArrayLike = (400.0, 550.0, 700.0),
+        tolerance: float = 1e-5,
+    ) -> list[Layer]:
+        """A layer whose index changes with depth, as slices; put them into a `Stack` with a star.
+
+        Equal slices, each of the index in its middle, twice as many until R and T change by less than three times the
+        tolerance, as the error falls with the square of their number. That is looked at between air and n = 4, and
+        between the layer's own ends where these are clear, at 0 and 60 degrees.
+
+        thickness_nm   of the whole                                                 (...,) broadcasts as for a `Layer`
+        first          the medium at the top; or a function of the depth in nm that gives n + ik, and no ``second``
+        second         the medium at the bottom
+        profile        share of the second by volume against depth, both from 0 to 1; None: it grows in proportion
+        rule           of the mixture: "bruggeman", "maxwell-garnett", "lorentz-lorenz"
+        wavelength_nm  where the error is looked at: the ends and the middle of what you need
+        tolerance      the error of R and T that is allowed
+        Returns        list of `Layer`
+        Raises         ValueError naming the argument; a tolerance that 1 024 slices do not reach
+        Source         Born & Wolf, Principles of Optics, 7th ed., sec. 1.6 (stratified media as a limit of homogeneous layers)
+
+        >>> import iridesce as ir
+        >>> moth_eye = ir.Stack(["air", *ir.Layer.graded(400.0, "air", "SiO2"), "SiO2"])
+        >>> round(moth_eye.reflectance(550.0), 5), round(ir.Stack(["air", "SiO2"]).reflectance(550.0), 5)
+        (0.00035, 0.03499)
+        """
+        from iridesce import _graded
+
+        if callable(first):
+            if second is not None or profile is not None:
+                raise ValueError("first is a function of the depth: second and profile must be None")
+            return _graded.graded(thickness_nm, _graded.of_index(first, thickness_nm), wavelength_nm, tolerance)
+        if second is None:
+            raise ValueError("second must be a medium, unless first is a function of the depth in nm")
+        return _graded.graded(thickness_nm, _graded.between(first, second, profile, rule), wavelength_nm, tolerance)
+
+    @classmethod
+    def rough(cls, rms_nm: npt.ArrayLike, above: MediumLike, below: MediumLike) -> Layer:
+        """A rough face, as a layer of both media in equal shares by Bruggeman's rule, 2 rms thick.
+
+        A face that is as often rms above its mean as below it has this layer's thickness and share exactly. It holds
+        for roughness much finer and shallower than the wavelength; light that rougher faces scatter is not told.
+
+        rms_nm         root mean square of the height, nm, >= 0                     (...,) broadcasts as for a `Layer`
+        above, below   the media on its sides
+        Returns        `Layer`
+        Raises         ValueError naming the argument
+        Source         D. A. G. Bruggeman, Ann. Phys. 416, 636 (1935), for the mixture
+
+        >>> import iridesce as ir
+        >>> rough = ir.Stack(["air", ir.Layer.rough(3.0, "air", "Si"), "Si"])
+        >>> round(rough.reflectance(400.0) / ir.Stack(["air", "Si"]).reflectance(400.0), 3)
+        0.917
+        """
+        height = real_operand("rms_nm", rms_nm, low=0.0)
+        return cls(Medium.mixture(above, below, 0.5), 2.0 * height.values.reshape(height.shape))
 
     @property
     def thickness_nm(self) -> Any:

@@ -190,3 +190,63 @@ def test_error_bars_are_those_of_a_sample() -> None:
 def test_refusals(call: Callable[[ir.Stack], object], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         call(ir.Stack(["air", ir.Layer(1.33, 300.0), "air"]))
+
+
+EVERY = [
+    ir.Stack([1.2, ir.Layer(2.1 + 0.01j, 140.0), ir.Layer(1.5 + 0.4j, 60.0), ir.Layer(1.8, 90.0), 3.9 + 0.02j]),
+    ir.Stack([1.2, ir.Layer(2.1 + 0.01j, 140.0), ir.Layer(1.5, 2e4, coherent=False), ir.Layer(1.8, 90.0), 1.3]),
+]
+
+
+def nudged(stack: ir.Stack, medium: int, by: complex) -> ir.Stack:
+    """The stack with the index of one medium (0 is the first) moved."""
+    media = [complex(one.index(550.0)) + (by if place == medium else 0.0) for place, one in enumerate(stack.media)]
+    layers = [
+        ir.Layer(index, layer.thickness_nm, layer.coherent)
+        for index, layer in zip(media[1:-1], stack.layers, strict=True)
+    ]
+    return ir.Stack([media[0].real, *layers, media[-1]])
+
+
+@pytest.mark.parametrize("stack", EVERY, ids=["coherent", "incoherent"])
+@pytest.mark.parametrize("polarization", ["s", "p", "unpolarized"])
+@pytest.mark.parametrize("quantity", ["reflectance", "transmittance", "absorptance", "psi", "delta"])
+def test_every_derivative_of_every_quantity(quantity: str, polarization: str, stack: ir.Stack) -> None:
+    """By every thickness, every n (first and last media too) and every k that may move both ways: 1e-6 of the largest."""
+    ellipsometric = quantity in ("psi", "delta")
+    if ellipsometric and (polarization != "unpolarized" or stack is EVERY[1]):
+        return  # one answer for both polarisations, and none with slabs: tested above
+
+    def value(of: ir.Stack) -> float:
+        if ellipsometric:
+            return float(of.ellipsometry(550.0, 40.0)[0 if quantity == "psi" else 1])
+        return float(getattr(of, quantity)(550.0, 40.0, polarization))
+
+    found = stack.derivatives(quantity, 550.0, 40.0, *(() if ellipsometric else (polarization,)))
+    by_d = [steps(lambda h, j=j: value(moved(stack, j, by_nm=h)), 0.02) for j in range(3)]
+    np.testing.assert_allclose(found.thickness_nm, by_d, rtol=0.0, atol=1e-6 * np.abs(by_d).max())
+    by_n = [steps(lambda h, j=j: value(nudged(stack, j, h)), 1e-4) for j in range(5)]
+    np.testing.assert_allclose([found.n_first, *found.n], by_n, rtol=0.0, atol=1e-6 * np.abs(by_n).max())
+    absorbing = [j for j in range(1, 5) if stack.media[j].index(550.0).imag > 1e-3]
+    by_k = [steps(lambda h, j=j: value(nudged(stack, j, 1j * h)), 1e-4) for j in absorbing]
+    np.testing.assert_allclose(found.k[np.array(absorbing) - 1], by_k, rtol=0.0, atol=1e-6 * np.abs(by_k).max())
+
+
+@pytest.mark.parametrize("quantity", ["reflectance", "transmittance"])
+@pytest.mark.parametrize("space", ["xyz", "lab", "srgb"])
+def test_every_derivative_of_colour(space: str, quantity: str) -> None:
+    """By both thicknesses, all n and all k of a stack of two layers, 1e-6 of the largest of each kind."""
+    stack = ir.Stack([1.1, ir.Layer(2.1 + 0.01j, 140.0), ir.Layer(1.5 + 0.1j, 260.0), 1.7 + 0.02j])
+
+    def color(of: ir.Stack) -> np.ndarray:
+        return np.asarray(of.color(30.0, space=space, quantity=quantity))
+
+    found = stack.color_derivatives(30.0, space=space, quantity=quantity)
+    for channel in range(3):
+        by_d = [steps(lambda h, j=j, c=channel: color(moved(stack, j, by_nm=h))[c], 0.05) for j in range(2)]
+        by_n = [steps(lambda h, j=j, c=channel: color(nudged(stack, j, h))[c], 1e-4) for j in range(4)]
+        by_k = [steps(lambda h, j=j, c=channel: color(nudged(stack, j, 1j * h))[c], 1e-4) for j in range(1, 4)]
+        np.testing.assert_allclose(found.thickness_nm[channel], by_d, rtol=0.0, atol=1e-6 * np.abs(by_d).max())
+        all_n = [found.n_first[channel], *found.n[channel]]
+        np.testing.assert_allclose(all_n, by_n, rtol=0.0, atol=1e-6 * np.abs(by_n).max())
+        np.testing.assert_allclose(found.k[channel], by_k, rtol=0.0, atol=1e-6 * np.abs(by_k).max())

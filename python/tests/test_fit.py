@@ -213,6 +213,28 @@ def test_a_lamp_that_drifted(text: str) -> None:
     assert not any("even gain" in note for note in told.notes)
 
 
+@pytest.mark.parametrize("thickness_nm", [2500.0, 6000.0, 20_000.0])
+def test_counts_that_were_not_divided_by_the_lamp(thickness_nm: float) -> None:
+    """A halogen lamp's bell over the fringes: they are found, and the notes say what was done."""
+    nm = np.arange(470.0, 1000.0, 0.4)
+    lamp = np.exp(-(((nm - 680.0) / 170.0) ** 2))
+    random = np.random.default_rng(4)
+    counts = (
+        4e4 * lamp * clean("air / PMMA ? / Si", thickness_nm, nm=nm) + 300.0 + 20.0 * random.standard_normal(nm.size)
+    )
+    result = ir.fit_thickness(nm, counts, "air / PMMA ? / Si")
+    assert result.best.thickness_nm == pytest.approx(thickness_nm, rel=2e-3)
+    assert any("divided by its own smooth course" in note or "even gain" in note for note in result.notes)
+
+
+def test_a_lamp_alone_has_no_fringes() -> None:
+    nm = np.arange(470.0, 1000.0, 0.4)
+    counts = 4e4 * np.exp(-(((nm - 680.0) / 170.0) ** 2)) + 20.0 * np.random.default_rng(4).standard_normal(nm.size)
+    result = ir.fit_thickness(nm, counts, "air / PMMA ? / Si")
+    assert result.best.chi2 > 1e3
+    assert any("something smooth is left" in note for note in result.notes)
+
+
 def test_noisy_ends_count_less() -> None:
     random = np.random.default_rng(5)
     values = clean("air / SiO2 ? / Si", 700.0)

@@ -16,9 +16,6 @@ use super::solver::{Light, Powers, Solver, lasing};
 use crate::fresnel::Polarization;
 use crate::{Complex64, OpticsError};
 
-/// Admittances turned by less than this, radians, are those of clear media: their faces reflect at most 1 % more than all.
-const CLEAR: f64 = 0.005;
-
 /// Whether a layer that is meant to be incoherent has a phase to average, at optical thickness `k0_d = 2 pi d/lambda`.
 ///
 /// It has none where the wave decays faster than it oscillates. And where the medium absorbs, the admittance of its wave
@@ -33,7 +30,7 @@ pub(super) fn averages(n: Complex64, kz: Complex64, k0_d: f64) -> bool {
     // q = kz for s, kz/n^2 for p; gain is left to the lasing threshold.
     let (of_kz, of_n) = (kz.im.atan2(kz.re), n.im.atan2(n.re));
     let theta = of_kz.abs().max((2.0 * of_n - of_kz).abs());
-    n.im <= 0.0 || theta < CLEAR || (theta < FRAC_PI_2 && theta.tan().asinh() <= kz.im * k0_d)
+    n.im <= 0.0 || (theta < FRAC_PI_2 && theta.tan().asinh() <= kz.im * k0_d)
 }
 
 /// A coherent run: the media at its ends, and what it does with light from above and from below.
