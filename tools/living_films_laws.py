@@ -17,7 +17,7 @@ import numpy as np
 from iridesce.thickness import simulate
 
 mpl.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  after the choice of what draws
+import matplotlib.pyplot as plt
 
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#666666")
 LINE = re.compile(
@@ -130,7 +130,7 @@ class Lost:
 
     def __call__(self, nm: float) -> float:
         flux = self._strength * (0.03 / 1.5e-3) * (nm * 1e-9) ** 2.5 / 0.3e-3**1.5
-        return flux * self._per_area * 1e9 + self._evaporation
+        return float(flux * self._per_area * 1e9 + self._evaporation)
 
 
 def main() -> None:

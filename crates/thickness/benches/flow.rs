@@ -38,9 +38,11 @@ fn memory(threads: usize) -> f64 {
         .map(|_| {
             let start = Instant::now();
             pool.install(|| {
-                a.par_chunks_mut(1 << 16).zip(b.par_chunks(1 << 16)).zip(c.par_chunks(1 << 16)).for_each(|((a, b), c)| {
-                    a.iter_mut().zip(b.iter().zip(c)).for_each(|(a, (b, c))| *a = b + 2.0 * c);
-                });
+                a.par_chunks_mut(1 << 16).zip(b.par_chunks(1 << 16)).zip(c.par_chunks(1 << 16)).for_each(
+                    |((a, b), c)| {
+                        a.iter_mut().zip(b.iter().zip(c)).for_each(|(a, (b, c))| *a = b + 2.0 * c);
+                    },
+                );
             });
             std::hint::black_box(&a);
             start.elapsed().as_secs_f64()
