@@ -56,6 +56,7 @@ def orders(axes: Any) -> None:
     axes.set_xticks([32, 64, 128, 256], ["32", "64", "128", "256"])
     axes.minorticks_off()
     axes.set_xlim(28, 420)
+    axes.set_ylim(2e-5, 0.6)
     axes.legend(fontsize=7, frameon=False, loc="lower left")
 
 
@@ -81,7 +82,7 @@ def regeneration(axes: Any) -> None:
 def rigid(axes: Any) -> None:
     """A rigid vertical film, from the flow between its faces alone."""
     film = simulate(
-        "vertical-film", 4e4, 1e-3, columns=32, thickness_nm=5000.0, noise=0.0, regeneration=0.0, evaporation_nm_s=0.0,
+        "vertical-film", 4e4, 1e-3, columns=320, thickness_nm=5000.0, noise=0.0, regeneration=0.0, evaporation_nm_s=0.0,
         surface_viscosity_pa_s_m=1.0, elasticity_n_m=1e3, black_below_nm=0.0, black_nm=0.0, step_s=20.0,
     )  # fmt: skip
     frames = list(film)
