@@ -245,6 +245,81 @@ def test_the_verb_refuses_what_cannot_be(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run"]
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of files")
+def test_a_disk_that_fills_loses_nothing(tmp_path: Path) -> None:
+    import resource
+
+    assert iridesce(*WORDS, "--time", "0.2", "-o", "one", folder=tmp_path).returncode == 0
+    assert iridesce(*WORDS, "--time", "0.1", "-o", "two", folder=tmp_path).returncode == 0
+    before = {path.name: path.read_bytes() for path in (tmp_path / "two").iterdir()}
+    # Room for a frame, but not for the checkpoint after it: what is written past the limit fails as on a full disk.
+    frame, checkpoint = len(before["frame_00000.tif"]), len(before["checkpoint.irflow"])
+    limit = (frame + checkpoint) // 2
+    assert frame < limit < checkpoint
+    full = subprocess.run(
+        [sys.executable, "-m", "iridesce", *WORDS, "--time", "0.2", "-o", "two", "--resume"],
+        cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+    )  # fmt: skip
+    assert full.returncode == 1, full.stderr
+    assert "two/checkpoint.irflow" in full.stderr and "Traceback" not in full.stderr
+    after = {path.name: path.read_bytes() for path in (tmp_path / "two").iterdir()}
+    assert {name: after[name] for name in before} == before
+    assert set(after) - set(before) <= {"frame_00003.tif"}
+    # With room again it goes on to the same bytes.
+    assert iridesce(*WORDS, "--time", "0.2", "-o", "two", "--resume", folder=tmp_path).returncode == 0
+    for path in (tmp_path / "one").iterdir():
+        assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes(), path.name
+
+
+def test_a_film_that_bursts_ends_its_run(tmp_path: Path) -> None:
+    words = (*WORDS, "--set", "evaporation_nm_s=500", "--set", "rupture_nm=60", "--set", "noise=0")
+    words = (*words, "--set", "spots_per_m2_s=0", "--time", "2")
+    done = iridesce(*words, "--json", "-o", "run", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    facts = json.loads(done.stdout)
+    # 260 nm less 200 nm at 500 nm/s, to a step.
+    assert facts["ruptured_s"] == pytest.approx(0.4, abs=0.0101)
+    assert f"the film burst at {facts['ruptured_s']:g} s" in done.stderr
+    assert len(facts["files"]) == len(list((tmp_path / "run").glob("frame_*.tif"))) == 9
+    again = iridesce(*words, "--resume", "-o", "run", folder=tmp_path)
+    assert again.returncode == 0 and "0 frames" in again.stderr
+    assert len(list((tmp_path / "run").glob("frame_*.tif"))) == 9
+
+
+def test_long_steps_are_divided_or_refused() -> None:
+    # Steps of a tenth of a second take sub-steps and stay in range.
+    film = simulate("free-bubble", time_s=0.5, frames_per_second=10, step_s=0.1, **QUICK)
+    frames = list(film)
+    assert (film.facts["substeps"] or 0) > 1 and film.facts["step"] == 5
+    assert all(frame.thickness_nm.min() > 0.0 and frame.thickness_nm.max() < 2000.0 for frame in frames)
+    hurricane = simulate("free-bubble", time_s=100.0, frames_per_second=0.02, step_s=50.0, wind_m_s=100.0, **QUICK)
+    next(hurricane)
+    with pytest.raises(
+        ValueError,
+        match=r"^step_s, 50 s, is too long at step 2, 50 s: \d+ sub-steps would be needed, 400 are allowed$",
+    ):
+        list(hurricane)
+    # What there was before is still there.
+    assert hurricane.facts["time_s"] == 50.0
+
+
+def test_frames_that_lean_and_are_shaken() -> None:
+    plane: dict[str, Any] = {"time_s": 0.1, "frames_per_second": 10, **QUICK}
+    upright, leaning, shaken = (
+        list(simulate("vertical-film", **plane, **change))[-1].thickness_nm
+        for change in ({}, {"tilt_deg": 60.0}, {"shake_m_s2": 5.0, "shake_hz": 4.0})
+    )
+    assert np.abs(upright - leaning).max() > 5.0 and np.abs(upright - shaken).max() > 5.0
+    for preset, changes, part in [
+        ("vertical-film", {"tilt_deg": 91.0}, r"tilt_deg must be from 0 \(vertical\) to 90 \(level\), got 91\.0"),
+        ("vertical-film", {"shake_hz": 0.0}, r"shake_hz must be a finite number > 0, got 0\.0"),
+        ("late", {"tilt_deg": 5.0}, r"tilt_deg must be 0 for a bubble, which has no frame, got 5\.0"),
+    ]:
+        with pytest.raises(ValueError, match=part):
+            simulate(preset, **changes)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 def test_ctrl_c_leaves_whole_files_and_a_run_to_resume(tmp_path: Path) -> None:
     words = [sys.executable, "-m", "iridesce", "flow", "late", "--time", "60", "-o", "run"]

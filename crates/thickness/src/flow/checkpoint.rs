@@ -7,7 +7,7 @@ use super::film::{Books, Film, FlowError, State};
 use super::grid::Grid;
 use super::parameters::Parameters;
 
-const MARK: &[u8; 8] = b"irflow1\n";
+const MARK: &[u8; 8] = b"irflow2\n";
 
 impl Film {
     /// The run as bytes; [`Film::resume`] reads them.

@@ -179,8 +179,8 @@ fn apply(around: &Around<'_>, q: &[f64], out: &mut [f64]) {
             + right[before] * (here[j] - here[before])
     };
     out[0] = one(0, n - 1, 1);
-    for j in 1..n - 1 {
-        out[j] = one(j, j - 1, j + 1);
+    for (j, out) in out.iter_mut().enumerate().take(n - 1).skip(1) {
+        *out = one(j, j - 1, j + 1);
     }
     out[n - 1] = one(n - 1, n - 2, 0);
 }

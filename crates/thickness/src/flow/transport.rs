@@ -20,6 +20,15 @@ pub struct Transport {
     ghosts: Ghosts,
     half_across: Vec<f64>,
     flux_across: Vec<f64>,
+    limits: Vec<Limits>,
+}
+
+/// What a row of cells held before, and how fast the flow gathers there, 1/s.
+#[derive(Clone, Copy, Default)]
+struct Limits {
+    least: f64,
+    most: f64,
+    gathers: f64,
 }
 
 impl Transport {
@@ -28,6 +37,7 @@ impl Transport {
             ghosts: Ghosts::new(grid),
             half_across: vec![0.0; grid.cells()],
             flux_across: vec![0.0; grid.cells()],
+            limits: vec![Limits::default(); grid.rows],
         }
     }
 
@@ -53,23 +63,26 @@ impl Transport {
     /// Carries `h` over `dt` seconds in one sub-step.
     pub fn step(&mut self, grid: &Grid, h: &mut [f64], down: &[f64], across: &[f64], dt: f64) {
         let n = grid.columns;
-        let Transport { ghosts, half_across, flux_across } = self;
+        let Transport { ghosts, half_across, flux_across, limits } = self;
         ghosts.fill(grid, Kind::Scalar, h);
         let from = &*h;
         let line = |i: isize| ghosts.line(from, i);
         half_across
             .par_chunks_exact_mut(n)
             .zip(flux_across.par_chunks_exact_mut(n))
+            .zip(&mut *limits)
             .enumerate()
             .with_min_len(BLOCK)
-            .for_each_init(Row::default, |room, (i, (half, flux))| {
+            .for_each_init(Row::default, |room, (i, ((half, flux), limits))| {
                 let (row, u) = (line(i as isize), &across[i * n..(i + 1) * n]);
                 let (above, below) = (line(i as isize - 1), line(i as isize + 1));
                 let (v, w) = (&down[i * n..(i + 1) * n], &down[(i + 1) * n..(i + 2) * n]);
                 let rate = dt / grid.width[i];
                 // Half a step across, by the velocity at the middles of cells; half a step down, and with that the
                 // liquid through the right sides, m3.
+                let lengths = [grid.side[i], grid.side[i + 1], grid.dy];
                 wide!({
+                    *limits = held(row, u, [v, w], lengths, 1.0 / grid.area[i]);
                     room.middles(u, rate);
                     room.half_across(row, half);
                     room.half_down([above, row, below], [v, w], dt / grid.dy / 2.0);
@@ -95,6 +108,19 @@ impl Transport {
                     let i = block * BLOCK + k;
                     through(i + 1, below);
                     wide!(change(row, [above, below], &flux_across[i * n..(i + 1) * n], 1.0 / grid.area[i]));
+                    // A flow without divergence takes a cell nowhere outside what was around it.
+                    let around = &limits[i.saturating_sub(1)..(i + 2).min(grid.rows)];
+                    let most = around.iter().fold(
+                        Limits { least: f64::INFINITY, most: f64::NEG_INFINITY, gathers: 0.0 },
+                        |a, b| Limits {
+                            least: a.least.min(b.least),
+                            most: a.most.max(b.most),
+                            gathers: a.gathers.max(b.gathers),
+                        },
+                    );
+                    // Twice that where it gathers: both fluxes are of fields that moved half a step.
+                    let room = 1.0 + 2.0 * dt * most.gathers + 1e-13;
+                    wide!(keep(row, most.least / room, most.most * room));
                     std::mem::swap(above, below);
                 }
             },
@@ -147,6 +173,76 @@ fn change(row: &mut [f64], sides: [&[f64]; 2], right: &[f64], scale: f64) {
     for j in 1..n {
         row[j] -= (right[j] - right[j - 1] + below[j] - above[j]) * scale;
     }
+}
+
+/// Least and greatest thickness of a row, and the fastest that the flow gathers in one of its cells.
+#[inline(always)]
+fn held(row: &[f64], u: &[f64], sides: [&[f64]; 2], lengths: [f64; 3], scale: f64) -> Limits {
+    let n = row.len();
+    let ([v, w], u) = (sides.map(|side| &side[..n]), &u[..n]);
+    let [upper, lower, high] = lengths;
+    let (mut low, mut top, mut fast) = ([f64::INFINITY; 8], [f64::NEG_INFINITY; 8], [0.0; 8]);
+    for j in 0..n {
+        let left = u[if j == 0 { n - 1 } else { j - 1 }];
+        low[j % 8] = least(low[j % 8], row[j]);
+        top[j % 8] = most(top[j % 8], row[j]);
+        let gathers = upper * v[j] - lower * w[j] + high * (left - u[j]);
+        fast[j % 8] = most(fast[j % 8], gathers.abs());
+    }
+    Limits {
+        least: low.into_iter().fold(f64::INFINITY, least),
+        most: top.into_iter().fold(f64::NEG_INFINITY, most),
+        gathers: fast.into_iter().fold(0.0, most) * scale,
+    }
+}
+
+/// Cells of a row that share what lies beyond the limits.
+const SHARING: usize = 16;
+
+/// Keeps a row within limits: what lies beyond them is shared among cells nearby that have room, or if they have none
+/// among all of the row, so that nothing is lost. Two fluxes across each other overshoot where edges are sharp.
+#[inline(always)]
+fn keep(row: &mut [f64], low: f64, top: f64) {
+    let (mut a, mut b) = ([f64::INFINITY; 8], [f64::NEG_INFINITY; 8]);
+    for (k, h) in row.iter().enumerate() {
+        a[k % 8] = least(a[k % 8], *h);
+        b[k % 8] = most(b[k % 8], *h);
+    }
+    if a.into_iter().fold(f64::INFINITY, least) >= low && b.into_iter().fold(f64::NEG_INFINITY, most) <= top {
+        return;
+    }
+    let mut rest = 0.0;
+    for cells in row.chunks_mut(SHARING) {
+        rest += share(cells, low, top, 0.0);
+    }
+    if rest != 0.0 {
+        let left = share(row, low, top, rest);
+        // No room in the whole row: better a cell beyond the limits than liquid lost.
+        row[0] += left;
+    }
+}
+
+/// Clips cells and gives what was clipped, with what is `owed` to them, to those with room; returns what found none.
+#[inline(always)]
+fn share(cells: &mut [f64], low: f64, top: f64, owed: f64) -> f64 {
+    let mut owed = owed;
+    for h in cells.iter_mut() {
+        let kept = most(least(*h, top), low);
+        owed += *h - kept;
+        *h = kept;
+    }
+    if owed == 0.0 {
+        return 0.0;
+    }
+    let room: f64 = cells.iter().map(|h| if owed > 0.0 { top - h } else { h - low }).sum();
+    if room <= 0.0 {
+        return owed;
+    }
+    let part = least(owed.abs() / room, 1.0);
+    for h in cells.iter_mut() {
+        *h += part * if owed > 0.0 { top - *h } else { low - *h };
+    }
+    if part < 1.0 { 0.0 } else { owed - room.copysign(owed) }
 }
 
 /// Mean over the last `share` of the middle of five cells, of the parabola through it.
