@@ -82,7 +82,7 @@ def regeneration(axes: Any) -> None:
 def rigid(axes: Any) -> None:
     """A rigid vertical film, from the flow between its faces alone."""
     film = simulate(
-        "vertical-film", 4e4, 1e-3, columns=320, thickness_nm=5000.0, noise=0.0, regeneration=0.0, evaporation_nm_s=0.0,
+        "vertical-film", 4e4, 1e-3, columns=32, thickness_nm=5000.0, noise=0.0, regeneration=0.0, evaporation_nm_s=0.0,
         surface_viscosity_pa_s_m=1.0, elasticity_n_m=1e3, black_below_nm=0.0, black_nm=0.0, step_s=20.0,
     )  # fmt: skip
     frames = list(film)
