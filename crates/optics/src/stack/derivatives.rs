@@ -326,7 +326,7 @@ impl<'a> Problem<'a> {
         let mut k = vec![0.0; media - 1];
         for j in 1..media {
             // kz^2 = n^2 - (n_first sin)^2
-            by_first -= 2.0 * n_first * (1.0 - cos_squared) * by.kz_squared[j].re;
+            by_first -= 2.0 * n_first * self.incidence.sin_theta().powi(2) * by.kz_squared[j].re;
             let by_square = by.kz_squared[j] + if is_p { by.weight[j] } else { 0.0.into() };
             let by_index = 2.0 * self.indices[j] * by_square;
             n[j] = by_index.re;

@@ -16,6 +16,7 @@ pub(super) struct Block {
     pub(super) wavelength_nm: Lane,
     pub(super) incidence: [Incidence; LANES],
     cos_theta: Lane,
+    sin_theta: Lane,
     /// Index of each different medium, and which of them is the first.
     n: Vec<Pair>,
     first: usize,
@@ -33,6 +34,7 @@ impl Block {
             wavelength_nm: Lane([1.0; LANES]),
             incidence: [incidence; LANES],
             cos_theta: Lane::ZERO,
+            sin_theta: Lane::ZERO,
             n: vec![[Lane::ZERO; 2]; media],
             first,
             kz_squared: vec![[Lane::ZERO; 2]; media],
@@ -44,6 +46,7 @@ impl Block {
         self.wavelength_nm.0[lane] = wavelength_nm;
         self.incidence[lane] = incidence;
         self.cos_theta.0[lane] = incidence.cos_theta();
+        self.sin_theta.0[lane] = incidence.sin_theta();
     }
 
     pub(super) fn set_index(&mut self, medium: usize, lane: usize, n: Complex64) {
@@ -65,8 +68,14 @@ impl Block {
                 let n_first = self.n[self.first][0].load(simd, at);
                 let first = n_first * self.cos_theta.load(simd, at);
                 let first = first * first;
-                let square = (n - n_first).mul_add(n + n_first, first - k * k);
-                cancels |= square.abs().simd_lt(first * 1e-3).any_true();
+                let along = n_first * self.sin_theta.load(simd, at);
+                let is_small = (n * n).simd_lt(first);
+                // (n - a)(n + a) + b, as the scalar form has it.
+                let apart = is_small.select(along, n_first);
+                let added = is_small.select(S::f64s::splat(simd, 0.0), first);
+                let square = (n - apart).mul_add(n + apart, added - k * k);
+                let cancelling = is_small.select(along * along, first);
+                cancels |= square.abs().simd_lt(cancelling * 1e-3).any_true();
                 out[0].store::<S>(at, square);
                 out[1].store::<S>(at, n * k * 2.0);
             }
