@@ -26,8 +26,8 @@ from iridesce._arrays import (
     place,
     real_operand,
 )
+from iridesce._progress import progress_bar
 from iridesce.image import Image
-from iridesce.rendering import progress_bar
 from iridesce.stack import Stack
 
 __all__ = ["ColorTable"]

@@ -395,31 +395,11 @@ def _load(scene: str, allow_outside: bool) -> Scene:
 
 @contextlib.contextmanager
 def _flowing() -> Iterator[None]:
-    """A bar for films that flow while a scene is read, on stderr; none where that is no terminal, or nothing flows."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
+    """A bar for films that flow while a scene is read; none where nothing flows."""
     from iridesce import _core
+    from iridesce._progress import progress_bar
 
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield
-        return
-    columns = (
-        TextColumn("the film flows"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console, transient=True) as bar:
-        tasks: list[Any] = []
-
-        def advance(reached_s: float, asked_s: float) -> None:
-            if not tasks:
-                tasks.append(bar.add_task("flowing", total=asked_s))
-            bar.update(tasks[0], completed=reached_s, total=asked_s)
-
+    with progress_bar("the film flows") as advance:
         _core.flow_watch(advance)
         try:
             yield

@@ -6,13 +6,13 @@ import contextlib
 import json
 import math
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from iridesce._files import check_place, write_whole
+from iridesce._progress import progress_bar
 from iridesce.cli import answers_errors
 from iridesce.commands import (
     JsonOption,
@@ -184,11 +184,11 @@ def _draw(shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
 
     size = None if shot.run["size"] is None else (shot.run["size"][0], shot.run["size"][1])
     drawn = 0
-    with _bar(count) as advance:
+    with progress_bar("frames", counted=True) as advance:
         for number in range(count):
             files = list(_animation.frame_names(shot.folder, number, shot.formats))
             if stops is not None and all(file.exists() for file in files):
-                advance(number + 1)
+                advance(number + 1, count)
                 continue
             time_s = number / shot.fps
             film_s = shot.start + shot.speed * time_s
@@ -204,7 +204,7 @@ def _draw(shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
                 image.save(file, exposure=stops)
             _animation.keep_films(shot.films, shot.folder)
             drawn += 1
-            advance(number + 1)
+            advance(number + 1, count)
     return drawn, 0.0 if stops is None else stops
 
 
@@ -279,16 +279,3 @@ def _remove(folder: Path, count: int, formats: list[str], films: int) -> None:
 
 def _text(run: dict[str, Any]) -> bytes:
     return (json.dumps(run, indent=1) + "\n").encode()
-
-
-@contextlib.contextmanager
-def _bar(total: int) -> Iterator[Callable[[int], None]]:
-    """A bar over frames with the time left, on stderr; none where that is no terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("frames"), BarColumn(), MofNCompleteColumn(), TextColumn("left"), TimeRemainingColumn())
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("frames", total=total)
-        yield lambda done: bar.update(task, completed=done)

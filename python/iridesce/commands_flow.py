@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from iridesce._files import write_whole
+from iridesce._progress import progress_bar
 from iridesce.cli import answers_errors
 from iridesce.commands import JsonOption, _assignment, _note, _print_json, app
 
@@ -81,13 +80,14 @@ def flow(
 
 def _write(film: Simulation, folder: Path, ending: str) -> list[Path]:
     written = []
-    with _bar(film.frame, film.frame + len(film)) as advance:
+    total = film.frame + len(film)
+    with progress_bar("flowing", counted=True) as advance:
         for _ in film:
             path = folder / f"frame_{film.frame - 1:05d}.{ending}"
             film.map().save(path)
             write_whole(folder / _CHECKPOINT, film.checkpoint())
             written.append(path)
-            advance(film.frame)
+            advance(film.frame, total)
     return written
 
 
@@ -143,16 +143,3 @@ def _real(key: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ValueError(f"--set {key} must be a number, got {value!r:.60}")
     return float(value)
-
-
-@contextlib.contextmanager
-def _bar(first: int, total: int) -> Iterator[Callable[[int], None]]:
-    """A bar over frames with the time left, on stderr; none where that is no terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("flowing"), BarColumn(), MofNCompleteColumn(), TextColumn("left"), TimeRemainingColumn())
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("flowing", total=total, completed=first)
-        yield lambda done: bar.update(task, completed=done)

@@ -6,10 +6,11 @@ import contextlib
 import operator
 import os
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from iridesce import _core
+from iridesce._progress import progress_bar
 from iridesce.errors import ResourceError
 from iridesce.image import Image
 
@@ -119,16 +120,3 @@ def _size(size: object) -> tuple[int, int] | None:
     if max(sides) > _MAX_SIDE:
         raise ResourceError(f"an image of {width} x {height} pixels cannot fit; at most {_MAX_SIDE} a side")
     return width, height
-
-
-@contextlib.contextmanager
-def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar with the time left, on stderr; rich draws none where that is no terminal and obeys NO_COLOR."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn(what), BarColumn(), TaskProgressColumn(), TextColumn("left"), TimeRemainingColumn())
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(what, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
