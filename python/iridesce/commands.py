@@ -93,9 +93,7 @@ def render(
     width_height = None if size is None else _size(size)
     stops = _exposure(exposure)
     changes = [_assignment(text) for text in set_ or []]
-    loaded = _load(scene, allow_outside)
-    for key, value in changes:
-        loaded = loaded.with_value(key, value)
+    loaded = _changed(_load(scene, allow_outside), changes)
     paths = output or [Path(_plain_name(scene) + suffix) for suffix in (".png", ".exr")]
     for path in paths:
         _check_output(path)
@@ -391,6 +389,14 @@ def _load(scene: str, allow_outside: bool) -> Scene:
 
     with _reading(), _flowing():
         return Scene.load(scene, allow_outside=allow_outside)
+
+
+def _changed(scene: Scene, changes: list[tuple[str, Any]]) -> Scene:
+    """The scene with what --set says."""
+    with _flowing():
+        for key, value in changes:
+            scene = scene.with_value(key, value)
+    return scene
 
 
 @contextlib.contextmanager

@@ -19,6 +19,7 @@ from iridesce.commands import (
     OutsideOption,
     SceneArgument,
     _assignment,
+    _changed,
     _exposure,
     _load,
     _note,
@@ -108,9 +109,7 @@ def animate(
                 'no ffmpeg found, so there will be frames and no video; install ffmpeg, or pip install "iridesce[video]"'
             )
 
-    loaded = _load(scene, allow_outside)
-    for key, value in map(_assignment, set_ or []):
-        loaded = loaded.with_value(key, value)
+    loaded = _changed(_load(scene, allow_outside), [_assignment(text) for text in set_ or []])
     loaded, films = _films(loaded, columns)
     path = _animation.camera_path(loaded.to_dict()["camera"], seconds, orbit, camera)
     if not films and not path.moves:
