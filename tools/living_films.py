@@ -19,7 +19,7 @@ SHOWN = {
     "free-bubble": (0.1, 0.25, 0.5, 1.0, 2.0),
     "giant-bubble": (0.25, 0.5, 1.0, 1.5, 2.0),
 }
-SIZE = 240
+SIZE = 180
 ROOM = 8
 # The brightest film, about a sixth of the light, becomes white.
 WHITE = 0.18

@@ -9,6 +9,26 @@ import tempfile
 from pathlib import Path
 
 
+def read_whole(label: str, limit: int, why: str) -> bytes:
+    """All bytes of a file that a user named, at most ``limit``; every way in which it cannot be read is a `ValueError`
+    naming it, with ``why`` after a length that is too much.
+    """
+    try:
+        with Path(label).open("rb") as file:
+            content = file.read(limit + 1)
+    except FileNotFoundError:
+        raise ValueError(f"{label}: no such file") from None
+    except IsADirectoryError:
+        raise ValueError(f"{label}: is a folder, not a file") from None
+    except OSError as error:
+        raise ValueError(f"{label}: cannot be read: {error.strerror}") from error
+    except ValueError as error:  # a zero byte in the name
+        raise ValueError(f"path {label!r}: {error}") from None
+    if len(content) > limit:
+        raise ValueError(f"{label}: longer than {limit >> 20} MiB, which {why}")
+    return content
+
+
 def write_whole(path: Path, content: bytes) -> None:
     """Write beside the name and rename when whole: what was at ``path`` stays until then.
 

@@ -6,12 +6,12 @@ import csv
 import math
 import os
 import re
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from iridesce._arrays import Floats
+from iridesce._files import read_whole
 from iridesce._jcamp import is_jcamp, read_jcamp
 
 _MOST_BYTES = 64 << 20
@@ -115,19 +115,7 @@ def read_spectrum(
 
 
 def _text(label: str) -> str:
-    try:
-        with Path(label).open("rb") as file:
-            content = file.read(_MOST_BYTES + 1)
-    except FileNotFoundError:
-        raise ValueError(f"{label}: no such file") from None
-    except IsADirectoryError:
-        raise ValueError(f"{label}: is a folder, not a file") from None
-    except OSError as error:
-        raise ValueError(f"{label}: cannot be read: {error.strerror}") from None
-    except ValueError as error:  # a zero byte in the name
-        raise ValueError(f"path {label!r}: {error}") from None
-    if len(content) > _MOST_BYTES:
-        raise ValueError(f"{label}: longer than {_MOST_BYTES >> 20} MiB, which no spectrum is")
+    content = read_whole(label, _MOST_BYTES, "no spectrum is")
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return content.decode("utf-16", errors="replace")
     try:

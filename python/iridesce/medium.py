@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce import _core
+from iridesce._files import read_whole
 
 MediumLike: TypeAlias = "str | complex | Medium"
 """What may stand for a medium: a built-in name, a number, or a `Medium`."""
@@ -399,20 +400,7 @@ def _read(path: str | os.PathLike[str]) -> tuple[str, str]:
     label = os.fspath(path)
     if not isinstance(label, str):
         label = os.fsdecode(label)
-    limit = _core.MEDIUM_TEXT_BYTES
-    try:
-        with Path(label).open("rb") as file:
-            content = file.read(limit + 1)
-    except FileNotFoundError:
-        raise ValueError(f"{label}: no such file") from None
-    except IsADirectoryError:
-        raise ValueError(f"{label}: is a folder, not a file") from None
-    except OSError as error:
-        raise ValueError(f"{label}: cannot be read: {error.strerror}") from error
-    except ValueError as error:  # a zero byte in the name
-        raise ValueError(f"path {label!r}: {error}") from None
-    if len(content) > limit:
-        raise ValueError(f"{label}: longer than {limit >> 20} MiB, which no table of an index needs")
+    content = read_whole(label, _core.MEDIUM_TEXT_BYTES, "no table of an index needs")
     try:
         return label, content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -69,6 +69,38 @@ def test_interrupted_footage_goes_on_to_the_same_frames(tmp_path: Path) -> None:
     assert len(pictures) == 6, "every frame differs"
 
 
+def test_a_spoiled_state_of_a_film_costs_time_and_nothing_else(tmp_path: Path) -> None:
+    words = ("animate", "soap-bubble", "--seconds", "0.1", *SMALL, "-o", "run")
+    assert iridesce(*words, folder=tmp_path).returncode == 0
+    last = tmp_path / "run" / "frame_00001.png"
+    before = last.read_bytes()
+    last.unlink()
+    (tmp_path / "run" / "film_0.irflow").write_bytes(b"rubbish")
+    again = iridesce(*words, "--resume", folder=tmp_path)
+    assert again.returncode == 0 and "Traceback" not in again.stderr, again.stderr
+    assert last.read_bytes() == before
+
+
+def test_films_go_on_from_where_they_were_kept(tmp_path: Path) -> None:
+    code = (
+        "import sys, iridesce as ir; from pathlib import Path; from iridesce import _animation, _core\n"
+        "film = _animation.FlowingFilm('', 'late', 9, None)\n"
+        "at = lambda s: _core.flow_map('late', s, 9, None, 64, 32).tobytes().hex()\n"
+    )
+    keep = "at(0.05); _animation.keep_films([film], Path('.')); print(at(0.1))"
+    take = (
+        "_animation.take_up_films([film], Path('.')); seen = []\n"
+        "_core.flow_watch(lambda reached, asked: seen.append(reached)); print(at(0.1), min(seen))"
+    )
+    said = []
+    for rest in (keep, take):
+        done = subprocess.run([sys.executable, "-c", code + rest], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        said.append(done.stdout.split())
+    assert said[1][0] == said[0][0]
+    assert float(said[1][1]) == 0.05, "the second process does not begin at the beginning"
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 def test_ctrl_c_leaves_whole_frames_and_a_film_to_go_on_with(tmp_path: Path) -> None:
     words = ["animate", "soap-bubble", "--seconds", "60", *SMALL, "-o", "long.mp4"]
