@@ -36,7 +36,7 @@ NAMES = {
 
 def orders(axes: Any) -> None:
     """Errors against the grid, as the tests print them."""
-    command = ["cargo", "test", "-p", "iridesce-thickness", "laws", "--", "--nocapture"]
+    command = ["cargo", "test", "-p", "iridesce-flow", "laws", "--", "--nocapture"]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     found = {}
     for line in printed.splitlines():

@@ -16,11 +16,15 @@ from conftest import ROOT
 
 # Our crates and which of our crates each may use, in any way (normal, build or dev dependency).
 MAY_USE = {
-    "iridesce-optics": set(),
-    "iridesce-thickness": set(),
-    "iridesce-scene": {"iridesce-optics", "iridesce-thickness"},
-    "iridesce-render": {"iridesce-scene", "iridesce-optics"},
-    "iridesce": {"iridesce-optics", "iridesce-thickness", "iridesce-scene", "iridesce-render"},
+    "iridesce-numerics": set(),
+    "iridesce-optics": {"iridesce-numerics"},
+    "iridesce-thickness": {"iridesce-numerics"},
+    "iridesce-flow": {"iridesce-numerics", "iridesce-thickness"},
+    "iridesce-scene": {"iridesce-numerics", "iridesce-optics", "iridesce-thickness", "iridesce-flow"},
+    "iridesce-render": {"iridesce-numerics", "iridesce-scene", "iridesce-optics"},
+    "iridesce": {
+        "iridesce-numerics", "iridesce-optics", "iridesce-thickness", "iridesce-flow", "iridesce-scene", "iridesce-render",
+    },
     "iridesce-python": {"iridesce"},
 }
 

@@ -1,8 +1,10 @@
 //! iridesce: interference colour, from film to picture. This facade re-exports the stages in order.
 //!
 //! ```text
-//! optics -> thickness -> scene -> render
+//! numerics -> optics; thickness -> flow; all of them -> scene -> render
 //! ```
+pub use iridesce_flow as flow;
+pub use iridesce_numerics as numerics;
 pub use iridesce_optics as optics;
 pub use iridesce_render as render;
 pub use iridesce_scene as scene;

@@ -2,8 +2,8 @@
 
 use std::sync::Mutex;
 
+use iridesce::flow::{Film, FlowError, PRESETS, Parameters, stand, standing, watch_fields};
 use iridesce::scene::flow_field;
-use iridesce::thickness::flow::{Film, FlowError, PRESETS, Parameters, stand, standing, watch_fields};
 use iridesce::thickness::{ThicknessError, ThicknessModel};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use iridesce_thickness::flow::FlowField;
-use iridesce_thickness::{Gradient, LensGap, ThicknessMap, ThicknessModel, Wedge};
+use iridesce_thickness::{FlowField, Gradient, LensGap, ThicknessMap, ThicknessModel, Wedge};
 
 use crate::model::{Shape, Unit};
 use crate::shape::{Chart, difference, dot, scaled};

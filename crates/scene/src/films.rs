@@ -5,7 +5,8 @@
 
 use std::sync::Arc;
 
-use iridesce_thickness::flow::{self, FlowError, FlowField, Parameters, Shape};
+use iridesce_flow::{self as flow, FlowError, Parameters, Shape};
+use iridesce_thickness::FlowField;
 
 use crate::grid;
 

@@ -1,6 +1,6 @@
 //! Thicknesses: a number or a model.
 
-use iridesce_thickness::flow::{FlowError, MOST_SECONDS};
+use iridesce_flow::{FlowError, MOST_SECONDS};
 use iridesce_thickness::{ThicknessError, ThicknessModel};
 
 use crate::context::Context;

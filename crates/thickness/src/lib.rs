@@ -1,7 +1,7 @@
 //! How thick a film is, where. Lengths and grids only, no light.
 
 mod error;
-pub mod flow;
+mod flow_field;
 mod gradient;
 mod lens_gap;
 mod map;
@@ -10,6 +10,7 @@ mod swirls;
 mod wedge;
 
 pub use error::ThicknessError;
+pub use flow_field::FlowField;
 pub use gradient::Gradient;
 pub use lens_gap::LensGap;
 pub use map::ThicknessMap;

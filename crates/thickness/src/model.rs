@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{ThicknessError, check_nm};
-use crate::flow::FlowField;
+use crate::flow_field::FlowField;
 use crate::gradient::Gradient;
 use crate::lens_gap::LensGap;
 use crate::map::ThicknessMap;

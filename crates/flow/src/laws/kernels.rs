@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use super::super::film::{drain_inside, fill_poles};
-use super::super::transport::Transport;
 use super::*;
+use crate::film::{drain_inside, fill_poles};
+use crate::transport::Transport;
 
 /// A sphere that turns once a second about an axis tilted from its own.
 fn turning(grid: &Grid, tilt: f64) -> (Vec<f64>, Vec<f64>) {

@@ -1,17 +1,24 @@
-//! What a step of a flowing film costs: `cargo bench -p iridesce-thickness`.
+//! What a step of a flowing film costs: `cargo bench -p iridesce-flow`.
 //!
 //! A windy free bubble, the hardest preset, from its start to 0.1 s, then steps of 5 ms one by one on one and on two
 //! threads. The best step and the median are shown, since other work on a machine can only make a step longer; on one
 //! thread also the time that the processor spent (Linux), which other work changes least. docs/living-films.md says
 //! what bounds a step.
 
+use std::sync::OnceLock;
 use std::time::Instant;
 
-use iridesce_thickness::flow::{Film, Parameters};
+use iridesce_flow::{Film, Parameters};
 
 const SIZES: [(usize, usize); 3] = [(256, 60), (512, 30), (1024, 20)];
 const START_S: f64 = 0.1;
 const STEP_S: f64 = 5e-3;
+
+/// Seconds since the program first asked.
+fn clock() -> f64 {
+    static START: OnceLock<Instant> = OnceLock::new();
+    START.get_or_init(Instant::now).elapsed().as_secs_f64()
+}
 
 /// Time that the processor spent on all threads of this program so far, s.
 fn busy() -> Option<f64> {
@@ -63,6 +70,7 @@ fn main() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
             pool.install(|| {
                 let mut film = Film::new(parameters.clone()).expect("a film");
+                film.time_with(clock);
                 film.advance_to(START_S).expect("it flows");
                 let (before, shares) = (busy(), film.spent());
                 let times: Vec<f64> = (1..=steps)

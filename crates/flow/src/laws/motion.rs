@@ -352,7 +352,7 @@ fn a_patch_rises_as_fast_as_air_lets_it() {
         };
         let grid = Grid::new(BUBBLE, 256, 128);
         let patch = |grid: &Grid, state: &mut State| {
-            super::super::events::near(grid, [1.0, 0.0, 0.0], radius_mm * 1e-3, |row, column, d| {
+            crate::events::near(grid, [1.0, 0.0, 0.0], radius_mm * 1e-3, |row, column, d| {
                 let x = (d / (radius_mm * 1e-3)).powi(2);
                 state.h[row * 256 + column] *= 0.85_f64.powf((1.0 - x) * (1.0 - x) * (1.0 + 2.0 * x));
             });

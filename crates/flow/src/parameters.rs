@@ -1,7 +1,7 @@
 //! Every number that a film follows, with its unit; presets.
 
-use super::grid::Shape;
-use crate::error::ThicknessError;
+use crate::grid::Shape;
+use iridesce_thickness::ThicknessError;
 
 /// What a flowing film is made of and exposed to. SI units throughout; `docs/living-films.md` has the sources.
 #[derive(Debug, Clone, PartialEq)]
@@ -115,7 +115,7 @@ impl Parameters {
     /// A film by name, one of [`PRESETS`].
     ///
     /// ```
-    /// use iridesce_thickness::flow::Parameters;
+    /// use iridesce_flow::Parameters;
     /// assert_eq!(Parameters::preset("late")?.thickness_m, 260e-9);
     /// assert!(Parameters::preset("soup").is_err());
     /// # Ok::<(), iridesce_thickness::ThicknessError>(())
@@ -386,7 +386,7 @@ impl Parameters {
     /// a bubble of this size into still air. Columns, rows and the seed are set by themselves.
     ///
     /// ```
-    /// use iridesce_thickness::flow::Parameters;
+    /// use iridesce_flow::Parameters;
     /// let mut film = Parameters::preset("late")?;
     /// film.set("humidity", 0.5)?;
     /// assert!((film.evaporation * 1e9 - 8.65).abs() < 0.01); // nm/s at a radius of 2.5 cm

@@ -1,20 +1,17 @@
 //! A film in time.
 
-use std::time::Instant;
-
+use iridesce_thickness::{ThicknessError, ThicknessMap};
 use rayon::prelude::*;
 
-use super::carry::Carry;
-use super::chance::{self, Purpose, Wave};
-use super::events::{self, Clock, Spot};
-use super::grid::{Edge, Grid, Shape};
-use super::parameters::Parameters;
-use super::spectral::{Spectral, Task, Tridiagonal};
-use super::tension::Tension;
-use super::transport::{MOST_SUBSTEPS, Transport};
-use super::viscosity::Viscosity;
-use crate::error::ThicknessError;
-use crate::map::ThicknessMap;
+use crate::carry::Carry;
+use crate::chance::{self, Purpose, Wave};
+use crate::events::{self, Clock, Spot};
+use crate::grid::{Edge, Grid, Shape};
+use crate::parameters::Parameters;
+use crate::spectral::{Spectral, Task, Tridiagonal};
+use crate::tension::Tension;
+use crate::transport::{MOST_SUBSTEPS, Transport};
+use crate::viscosity::Viscosity;
 
 /// Why a run cannot go on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -126,7 +123,7 @@ pub struct State {
 /// A film of liquid that flows. All numbers are f64 and do not depend on the number of threads.
 ///
 /// ```
-/// use iridesce_thickness::flow::{Film, Parameters};
+/// use iridesce_flow::{Film, Parameters};
 /// let mut parameters = Parameters::preset("late")?.with_columns(64);
 /// parameters.regeneration = 0.0; // 64 columns are too coarse for patches
 /// let mut film = Film::new(parameters)?;
@@ -152,6 +149,7 @@ pub struct Film {
     /// Iterations of the last step.
     iterations: usize,
     /// Time that parts of all steps took so far, s.
+    clock: Option<fn() -> f64>,
     spent: [f64; PARTS.len()],
 }
 
@@ -164,14 +162,23 @@ const NOISE_WAVES: u64 = 240;
 const EDDY_FIELDS: u64 = 4;
 const EDDY_WAVES: u64 = 12;
 
-/// Tells the times of parts of a step apart.
-struct Watch(Instant);
+/// Tells the times of parts of a step apart, where somebody gave a clock: a film in a browser has none.
+struct Stopwatch {
+    clock: Option<fn() -> f64>,
+    last_s: f64,
+}
 
-impl Watch {
+impl Stopwatch {
+    fn new(clock: Option<fn() -> f64>) -> Stopwatch {
+        Stopwatch { clock, last_s: clock.map_or(0.0, |clock| clock()) }
+    }
+
     fn lap(&mut self, place: &mut f64) {
-        let now = Instant::now();
-        *place += (now - self.0).as_secs_f64();
-        self.0 = now;
+        if let Some(clock) = self.clock {
+            let now_s = clock();
+            *place += now_s - self.last_s;
+            self.last_s = now_s;
+        }
     }
 }
 
@@ -233,6 +240,7 @@ impl Film {
             eddies,
             substeps: 0,
             iterations: 0,
+            clock: None,
             spent: [0.0; PARTS.len()],
             parameters,
             grid,
@@ -255,7 +263,13 @@ impl Film {
         (self.substeps, self.iterations)
     }
 
-    /// What all steps so far took, part by part, s.
+    /// Has the parts of each step timed by a clock that shows seconds.
+    #[doc(hidden)]
+    pub fn time_with(&mut self, clock: fn() -> f64) {
+        self.clock = Some(clock);
+    }
+
+    /// What all steps so far took, part by part, s; zero unless a clock was given.
     #[doc(hidden)]
     pub fn spent(&self) -> [(&'static str, f64); PARTS.len()] {
         std::array::from_fn(|k| (PARTS[k], self.spent[k]))
@@ -314,7 +328,7 @@ impl Film {
     fn step(&mut self, dt: f64) -> Result<(), FlowError> {
         let time = self.state.time_s;
         let step = self.state.step + 1;
-        let mut watch = Watch(Instant::now());
+        let mut watch = Stopwatch::new(self.clock);
         let Film { parameters: p, grid, state, carry, transport, tension, viscosity, .. } = self;
         let n = grid.columns;
         fill_poles(grid, &mut state.down);

@@ -2,10 +2,10 @@
 //!
 //! Little endian: a mark, the parameters with their names, the state, and a check of all that (FNV-1a, 64 bits).
 
-use super::events::{Clock, Spot};
-use super::film::{Books, Film, FlowError, State};
-use super::grid::Grid;
-use super::parameters::Parameters;
+use crate::events::{Clock, Spot};
+use crate::film::{Books, Film, FlowError, State};
+use crate::grid::Grid;
+use crate::parameters::Parameters;
 
 const MARK: &[u8; 8] = b"irflow2\n";
 

@@ -1,13 +1,13 @@
 //! The laws that a flowing film must obey, each against what it should be. `docs/living-films.md` tabulates what
-//! `cargo test -p iridesce-thickness laws -- --nocapture` prints.
+//! `cargo test -p iridesce-flow laws -- --nocapture` prints.
 
 mod kernels;
 mod motion;
 mod sources;
 
-use super::film::{Film, State};
-use super::grid::{Grid, Shape};
-use super::parameters::Parameters;
+use crate::film::{Film, State};
+use crate::grid::{Grid, Shape};
+use crate::parameters::Parameters;
 
 /// A film that nothing acts on: neither weight nor air nor friction nor losses.
 fn bare(shape: Shape, columns: usize, rows: usize) -> Parameters {

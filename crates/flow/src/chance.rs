@@ -2,7 +2,7 @@
 
 use std::f64::consts::{LN_2, TAU};
 
-use super::grid::Grid;
+use crate::grid::Grid;
 
 /// What a draw is for; each purpose has a sequence of its own.
 #[derive(Debug, Clone, Copy)]

@@ -1,7 +1,7 @@
 //! Gains, losses, events; what must not depend on chance: threads, checkpoints, steps.
 
-use super::super::film::FlowError;
 use super::*;
+use crate::film::FlowError;
 
 fn small(name: &str) -> Parameters {
     // 512 columns hold the preset's patches; wider patches need fewer.
@@ -233,7 +233,7 @@ fn impossible_films_are_refused_by_name() {
         assert_eq!(error.key, key, "{error}");
         assert!(Film::new(bad).is_err());
     }
-    for name in super::super::PRESETS {
+    for name in crate::PRESETS {
         Parameters::preset(name).unwrap().check().unwrap();
     }
 }

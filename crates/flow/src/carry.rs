@@ -8,8 +8,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use rayon::prelude::*;
 
-use super::grid::{Edge, Grid, Kind, PAD, Padded, floor};
-use super::near::{self, LONGEST, MOST_TURN, Scale, Site, Ways};
+use crate::grid::{Edge, Grid, Kind, PAD, Padded, floor};
+use crate::near::{self, LONGEST, MOST_TURN, Scale, Site, Ways};
 
 /// Room for a trace.
 pub struct Carry {

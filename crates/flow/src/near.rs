@@ -5,7 +5,7 @@
 //! vector carried along is turned by `2 atan(tan((f' - f) / 2) (cos t - sin t tan((t' - t) / 2)))` (Napier). All of it is
 //! exact; with ways of less than [`LONGEST`] the arcs are short series, so that a row is computed without one branch.
 
-use super::grid::{PAD, Padded};
+use crate::grid::{PAD, Padded};
 
 /// Points that are traced side by side.
 const BLOCK: usize = 32;

@@ -27,7 +27,7 @@ mod viscosity;
 #[cfg(test)]
 mod laws;
 
-pub use field::{FlowField, MOST_SECONDS, Watch, field, stand, standing, watch_fields};
+pub use field::{MOST_SECONDS, Watch, field, stand, standing, watch_fields};
 pub use film::{Books, Film, FlowError, State};
 pub use grid::Shape;
 pub use parameters::{PRESETS, Parameters};

@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::grid::{GHOSTS, Ghosts, Grid, Kind, floor};
+use crate::grid::{GHOSTS, Ghosts, Grid, Kind, floor};
 
 /// Furthest way down in one sub-step, cells; also how much neighbouring columns may close up.
 const MOST_CELLS: f64 = 0.9;

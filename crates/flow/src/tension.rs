@@ -6,8 +6,8 @@
 
 use rayon::prelude::*;
 
-use super::grid::Grid;
-use super::spectral::{Spectral, Task, Tridiagonal};
+use crate::grid::Grid;
+use crate::spectral::{Spectral, Task, Tridiagonal};
 
 /// Most iterations: what is needed is a few.
 const MOST: usize = 500;

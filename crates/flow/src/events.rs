@@ -4,9 +4,9 @@
 //! reaches the sum of k exponential draws, and all else about it is drawn from its number. So neither the length of a
 //! step nor a checkpoint changes what is drawn.
 
-use super::chance::{Draws, Purpose};
-use super::grid::{Grid, Shape};
-use super::parameters::Parameters;
+use crate::chance::{Draws, Purpose};
+use crate::grid::{Grid, Shape};
+use crate::parameters::Parameters;
 
 /// A sequence of events and how far it has come.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

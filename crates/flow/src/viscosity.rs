@@ -4,8 +4,8 @@
 
 use rayon::prelude::*;
 
-use super::grid::Grid;
-use super::spectral::{Spectral, Task, Tridiagonal};
+use crate::grid::Grid;
+use crate::spectral::{Spectral, Task, Tridiagonal};
 
 pub struct Viscosity {
     spectral: Spectral,
