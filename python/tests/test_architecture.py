@@ -23,7 +23,12 @@ MAY_USE = {
     "iridesce-scene": {"iridesce-numerics", "iridesce-optics", "iridesce-thickness", "iridesce-flow"},
     "iridesce-render": {"iridesce-numerics", "iridesce-scene", "iridesce-optics"},
     "iridesce": {
-        "iridesce-numerics", "iridesce-optics", "iridesce-thickness", "iridesce-flow", "iridesce-scene", "iridesce-render",
+        "iridesce-numerics",
+        "iridesce-optics",
+        "iridesce-thickness",
+        "iridesce-flow",
+        "iridesce-scene",
+        "iridesce-render",
     },
     "iridesce-python": {"iridesce"},
 }
