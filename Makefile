@@ -60,18 +60,18 @@ $(VENV)/tools: pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade -r $(VENV)/requirements.txt
 	@touch $@
 
-bench: build ## the measurements of docs/performance.md, on this machine
+bench: build ## the measurements of docs/evidence/performance.md, on this machine
 	$(BIN)/python bench/run.py
 
 wheel: $(VENV)/tools ## a wheel for this platform in dist/
 	$(BIN)/maturin build --release --locked --out dist
 
 wheel-check: wheel ## install that wheel into a clean environment, without Rust in reach, and ask it for numbers
-	$(BIN)/python tools/check_wheel.py dist
+	$(BIN)/python tools/release/check_wheel.py dist
 
-images: build ## the computed pictures of the docs, and the tables of docs/published-charts.md
-	$(BIN)/python tools/doc_images.py
-	$(BIN)/python tools/published_charts.py
+images: build ## the computed pictures of the docs, and the tables of docs/evidence/published-charts.md
+	$(BIN)/python tools/pictures/doc_images.py
+	$(BIN)/python tools/pictures/published_charts.py
 
 clean: ## remove what the other targets made
 	rm -rf target dist $(VENV) .mypy_cache .ruff_cache .pytest_cache

@@ -1,4 +1,4 @@
-"""Every measurement of docs/performance.md on this machine.
+"""Every measurement of docs/evidence/performance.md on this machine.
 
 usage: run.py [--peer PYTHON | --fetch-peer] [--repeats N] [--reference-samples N] [--no-jobs] [--out FOLDER]
 
@@ -178,7 +178,7 @@ def _lines(path: str) -> list[str]:
 
 
 def show(result: dict[str, Any]) -> None:
-    """The tables of docs/performance.md."""
+    """The tables of docs/evidence/performance.md."""
     print(" ".join(f"{key}: {value};" for key, value in result["machine"].items()))
     if "jobs" in result:
         print("\n| job | cold s | warm s | spread s | rate |\n|---|---|---|---|---|")

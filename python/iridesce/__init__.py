@@ -5,35 +5,39 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from iridesce._moved import keep_old_names
+
 if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines below
     from iridesce import color as color
-    from iridesce import fit as fit
     from iridesce import plot as plot
     from iridesce import thickness as thickness
     from iridesce._core import __version__ as __version__
-    from iridesce.color_table import ColorTable as ColorTable
+    from iridesce.color.color_table import ColorTable as ColorTable
     from iridesce.errors import ResourceError as ResourceError
     from iridesce.errors import SceneError as SceneError
-    from iridesce.fit import fit_thickness as fit_thickness
     from iridesce.image import Image as Image
-    from iridesce.medium import Medium as Medium
-    from iridesce.medium import media as media
+    from iridesce.inverse import fit as fit
+    from iridesce.inverse.fit import fit_thickness as fit_thickness
+    from iridesce.optics.medium import Medium as Medium
+    from iridesce.optics.medium import media as media
     from iridesce.rendering import render as render
     from iridesce.scene import Scene as Scene
     from iridesce.stack import Layer as Layer
     from iridesce.stack import Stack as Stack
 
+keep_old_names()
+
 # Names are imported on first use (PEP 562), so that `iridesce --help` and small scripts start at once.
 _HOME = {
-    "Medium": "medium",
-    "media": "medium",
+    "Medium": "optics.medium",
+    "media": "optics.medium",
     "Layer": "stack",
     "Stack": "stack",
     "Scene": "scene",
     "SceneError": "errors",
     "ResourceError": "errors",
-    "fit_thickness": "fit",
-    "ColorTable": "color_table",
+    "fit_thickness": "inverse.fit",
+    "ColorTable": "color.color_table",
     "Image": "image",
     "render": "rendering",
 }

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from iridesce._arrays import Floats
+    from iridesce.arguments.operands import Floats
     from iridesce.color import Illuminant
-    from iridesce.medium import Medium
+    from iridesce.optics.medium import Medium
     from iridesce.stack import Stack
 
 _MOST_ROWS = 60

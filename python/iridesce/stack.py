@@ -8,8 +8,8 @@ from typing import Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from iridesce import _averages, _core, _derivatives, _fields, _labelled
-from iridesce._arrays import (
+from iridesce import _core
+from iridesce.arguments.operands import (
     Floats,
     Operand,
     broadcast_shape,
@@ -20,8 +20,10 @@ from iridesce._arrays import (
     place,
     real_operand,
 )
-from iridesce._stack_text import EXAMPLE, parse_items
-from iridesce.medium import Medium, MediumLike
+from iridesce.optics import averages, fields, labelled
+from iridesce.optics import derivatives as _derivatives
+from iridesce.optics.medium import Medium, MediumLike
+from iridesce.optics.stack_text import EXAMPLE, parse_items
 
 __all__ = ["Layer", "Stack"]
 
@@ -99,15 +101,15 @@ class Layer(_Fixed):
         >>> round(moth_eye.reflectance(550.0), 5), round(ir.Stack(["air", "SiO2"]).reflectance(550.0), 5)
         (0.00056, 0.03495)
         """
-        from iridesce import _graded
+        from iridesce.optics import graded
 
         if callable(first):
             if second is not None or profile is not None:
                 raise ValueError("first is a function of the depth: second and profile must be None")
-            return _graded.graded(thickness_nm, _graded.of_index(first, thickness_nm), wavelength_nm, tolerance)
+            return graded.graded(thickness_nm, graded.of_index(first, thickness_nm), wavelength_nm, tolerance)
         if second is None:
             raise ValueError("second must be a medium, unless first is a function of the depth in nm")
-        return _graded.graded(thickness_nm, _graded.between(first, second, profile, rule), wavelength_nm, tolerance)
+        return graded.graded(thickness_nm, graded.between(first, second, profile, rule), wavelength_nm, tolerance)
 
     @classmethod
     def rough(cls, rms_nm: npt.ArrayLike, above: MediumLike, below: MediumLike) -> Layer:
@@ -514,12 +516,12 @@ class Stack(_Fixed):
     derivatives = _derivatives.derivatives
     color_derivatives = _derivatives.color_derivatives
     color_uncertainty = _derivatives.color_uncertainty
-    reflectance_averaged = _averages.reflectance_averaged
-    transmittance_averaged = _averages.transmittance_averaged
-    jones = _fields.jones
-    mueller = _fields.mueller
-    field_profile = _fields.field_profile
-    to_xarray = _labelled.to_xarray
+    reflectance_averaged = averages.reflectance_averaged
+    transmittance_averaged = averages.transmittance_averaged
+    jones = fields.jones
+    mueller = fields.mueller
+    field_profile = fields.field_profile
+    to_xarray = labelled.to_xarray
 
     def __repr__(self) -> str:
         items = [_medium_repr(self.first), *map(repr, self.layers), _medium_repr(self.last)]

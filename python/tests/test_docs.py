@@ -130,7 +130,7 @@ def test_page_runs(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_the_pages_that_must_show_something_do(tmp_path: Path) -> None:
-    for name in ("README.md", "docs/conventions.md", "docs/theory.md"):
+    for name in ("README.md", "docs/reference/conventions.md", "docs/reference/theory.md"):
         shown = [block for block in blocks((ROOT / name).read_text()) if block.language == "python"]
         assert len(shown) >= 2, name
 
@@ -174,7 +174,7 @@ def test_readme_opens_with_a_picture_and_its_command() -> None:
 
 
 def test_references_are_whole() -> None:
-    text = (ROOT / "docs" / "references.bib").read_text()
+    text = (ROOT / "docs" / "reference" / "references.bib").read_text()
     keys = re.findall(r"^@\w+\{(\w+),", text, flags=re.M)
     assert len(keys) == len(set(keys)) >= 10
     assert text.count("{") == text.count("}")
@@ -183,8 +183,8 @@ def test_references_are_whole() -> None:
 
 
 def test_every_computed_picture_is_shown_and_has_its_function() -> None:
-    """The pictures that tools/doc_images.py draws, the ones in docs/images, the ones that a page shows: the same."""
-    source = (ROOT / "tools" / "doc_images.py").read_text()
+    """The pictures that tools/pictures/doc_images.py draws, the ones in docs/images, the ones that a page shows: the same."""
+    source = (ROOT / "tools" / "pictures" / "doc_images.py").read_text()
     drawn = {name.replace("_", "-") for name in re.findall(r"^@picture\ndef (\w+)\(", source, flags=re.M)}
     kinds = tuple({name.split("-")[0] for name in drawn})
     present = {path.stem for path in (ROOT / "docs" / "images").glob("*.png") if path.stem.startswith(kinds)}

@@ -21,7 +21,7 @@ WORKFLOW = ROOT / ".github" / "workflows" / "release.yml"
 
 
 def tool(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, ROOT / "tools" / f"{name}.py")
+    spec = importlib.util.spec_from_file_location(name, ROOT / "tools" / "release" / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -34,7 +34,7 @@ check_wheel = tool("check_wheel")
 
 
 def test_every_package_compiled_in_is_named() -> None:
-    assert third_party.differences(NOTICES.read_text()) == [], "run: python tools/third_party.py"
+    assert third_party.differences(NOTICES.read_text()) == [], "run: python tools/release/third_party.py"
 
 
 def test_a_package_that_is_not_named_or_gone_is_seen() -> None:

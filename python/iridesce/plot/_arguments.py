@@ -9,9 +9,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iridesce._arrays import Floats, real_operand
-from iridesce._stack_text import parse_items
-from iridesce.medium import Medium
+from iridesce.arguments.operands import Floats, real_operand
+from iridesce.optics.medium import Medium
+from iridesce.optics.stack_text import parse_items
 from iridesce.plot._style import number
 from iridesce.stack import Layer, Stack
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iridesce import color
-from iridesce._arrays import real_operand
+from iridesce.arguments.operands import real_operand
 from iridesce.plot._arguments import StackLike, even, family, samples
 from iridesce.plot._colors import gains, gains_in_words, screen
 from iridesce.plot._style import begin, circumstances, heading, shortened

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from iridesce import color
-from iridesce._arrays import Floats
+from iridesce.arguments.operands import Floats
 
 _MAX_STOPS = 64.0
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from iridesce import color
-from iridesce._arrays import Floats
+from iridesce.arguments.operands import Floats
 from iridesce.plot._colors import chromatic
 from iridesce.plot._style import Theme
 

@@ -11,7 +11,7 @@ from iridesce.plot._style import begin, heading, legend
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from iridesce.fit import FitResult, Solution
+    from iridesce.inverse.fit import FitResult, Solution
 
 _MOST_CURVES = 5
 _DASHES = ("solid", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)), (0, (3, 1, 1, 1)))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iridesce import color
-from iridesce._arrays import Floats
+from iridesce.arguments.operands import Floats
 from iridesce.plot import _diagram
 from iridesce.plot._arguments import StackLike, family, one_angle, samples, words
 from iridesce.plot._style import SMALL, Theme, begin, circumstances, heading, number, shortened

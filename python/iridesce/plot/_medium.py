@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from iridesce._arrays import Floats, real_operand
-from iridesce.medium import Medium, MediumLike
+from iridesce.arguments.operands import Floats, real_operand
+from iridesce.optics.medium import Medium, MediumLike
 from iridesce.plot._style import SMALL, Theme, begin, heading
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iridesce._arrays import Floats, real_operand
-from iridesce._stack_text import parse_items
+from iridesce.arguments.operands import Floats, real_operand
+from iridesce.optics.stack_text import parse_items
 from iridesce.plot._arguments import StackLike, Stacks, angles, listed, stack_name, words
 from iridesce.plot._colors import monochromatic
 from iridesce.plot._style import Theme, begin, heading, legend, number

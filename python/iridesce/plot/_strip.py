@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iridesce import color
-from iridesce._arrays import Floats
+from iridesce.arguments.operands import Floats
 from iridesce.plot._arguments import Family, Stacks, angles, even, family, listed, samples
 from iridesce.plot._colors import gains, gains_in_words, readable_on, screen
 from iridesce.plot._style import SMALL, begin, circumstances, heading, number, shortened

@@ -1,0 +1,1 @@
+"""Arguments as they come from users: checked, named in errors, broadcast."""

@@ -1,0 +1,280 @@
+"""The verb ``animate``: films that flow, a camera that moves, frames and a video, in one go and resumable."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from iridesce._progress import progress_bar
+from iridesce.cli.commands import (
+    JsonOption,
+    OutsideOption,
+    SceneArgument,
+    _assignment,
+    _changed,
+    _exposure,
+    _load,
+    _note,
+    _print_json,
+    _size,
+    app,
+)
+from iridesce.cli.entry import answers_errors
+from iridesce.files.whole import check_place, write_whole
+
+if TYPE_CHECKING:
+    from iridesce.rendering.animation import CameraPath, FlowingFilm
+    from iridesce.scene import Scene
+
+_RUN = "run.json"
+_MOST_FRAMES = 100_000
+
+
+@app.command()
+@answers_errors
+def animate(
+    scene: SceneArgument,
+    seconds: Annotated[float, typer.Option(metavar="S", help="Length of the footage, s.")] = 10.0,
+    fps: Annotated[float, typer.Option(metavar="N", help="Frames per second.")] = 30.0,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Video (.mp4, .mov, .mkv, .webm, .gif), or a folder for the frames."),
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with footage that was interrupted.")] = False,
+    start: Annotated[float, typer.Option("--start", metavar="S", help="Age of the films at the first frame, s.")] = 0.0,
+    speed: Annotated[float, typer.Option(help="Seconds of the films' time per second of footage.")] = 1.0,
+    orbit: Annotated[
+        float, typer.Option(metavar="DEG", help="Turn the camera about its target by this in all, degrees.")
+    ] = 0.0,
+    camera: Annotated[
+        Path | None,
+        typer.Option(help="Camera path, TOML: [[key]] with time_s and some of position, target, fov_deg."),
+    ] = None,
+    size: Annotated[str | None, typer.Option(metavar="WxH", help="Width and height in pixels, as in 1280x720.")] = None,
+    samples: Annotated[int | None, typer.Option(help="Camera rays per pixel; 12 if not given.")] = None,
+    columns: Annotated[
+        int | None, typer.Option(help="Cells around of films that flow; their own if not given.")
+    ] = None,
+    threads: Annotated[int | None, typer.Option(help="Threads; all cores if not given.")] = None,
+    exposure: Annotated[
+        str, typer.Option(metavar="E", help='Stops, or "auto": found in the first frame, the same for all.')
+    ] = "auto",
+    format_: Annotated[str, typer.Option("--format", help="Of the frames: png, exr, or both.")] = "png",
+    keep_frames: Annotated[bool, typer.Option("--keep-frames", help="Keep the frames beside the video.")] = False,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change one value of the scene; may be given many times."),
+    ] = None,
+    allow_outside: OutsideOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Footage of a scene: its films flow, the camera moves, every frame is drawn and all are joined into a video.
+
+    Frames and the state of the films are kept until the video is whole: --resume goes on after the last frame.
+    """
+    from iridesce.rendering import animation
+
+    if output is None:
+        raise typer.BadParameter("name a video or a folder, as in -o bubble.mp4", param_hint="-o")
+    formats = {"png": ["png"], "exr": ["exr"], "both": ["png", "exr"]}.get(format_)
+    if formats is None:
+        raise typer.BadParameter(f"must be png, exr or both, got {format_!r}", param_hint="--format")
+    count = _frames(seconds, fps)
+    _check_times(start, speed)
+    width_height = None if size is None else _size(size)
+    stops = _exposure(exposure)
+
+    is_video = output.suffix.lower() in animation.VIDEOS
+    if output.suffix and not is_video and not output.is_dir():
+        raise typer.BadParameter(
+            f"the name must end in {', '.join(animation.VIDEOS)}, or in nothing for a folder of frames, "
+            f"got {str(output)!r}",
+            param_hint="-o",
+        )
+    folder = output.with_suffix(".frames") if is_video else output
+    ffmpeg = None
+    if is_video:
+        check_place(output)
+        if "png" not in formats:
+            raise typer.BadParameter("a video is made of png frames: --format png or both", param_hint="--format")
+        ffmpeg = animation.find_ffmpeg()
+        if ffmpeg is None:
+            _note(
+                'no ffmpeg found, so there will be frames and no video; install ffmpeg, or pip install "iridesce[video]"'
+            )
+
+    loaded = _changed(_load(scene, allow_outside), [_assignment(text) for text in set_ or []])
+    loaded, films = _films(loaded, columns)
+    path = animation.camera_path(loaded.to_dict()["camera"], seconds, orbit, camera)
+    if not films and not path.moves:
+        raise ValueError(
+            f"nothing moves: {scene} has no film that flows; give its thickness_nm as {{ flow = ... }}, or --orbit or "
+            "--camera"
+        )
+    run: dict[str, Any] = {
+        "scene": loaded.to_dict(),
+        "fps": fps,
+        "start": start,
+        "speed": speed,
+        "seconds": seconds,
+        "orbit": orbit,
+        "camera": [[time_s, list(values)] for time_s, values in path.keys],
+        "size": width_height,
+        "samples": 12 if samples is None else samples,
+        "format": format_,
+        "exposure": stops,
+    }
+    run = json.loads(json.dumps(run))
+    known_stops = _begin(folder, run, resume)
+    if resume:
+        animation.take_up_films(films, folder)
+    began = time.perf_counter()
+    shot = _Shot(loaded, films, path, start, speed, fps, run, folder, formats, threads)
+    drawn, used_stops = _draw(shot, count, known_stops)
+    if is_video and ffmpeg is not None:
+        animation.write_video(ffmpeg, folder, fps, count, output)
+        if not keep_frames:
+            _remove(folder, count, formats, len(films))
+        answer = output
+    else:
+        answer = folder
+    took = time.perf_counter() - began
+    if as_json:
+        facts = {"file": str(answer), "frames": count, "drawn": drawn, "exposure": used_stops, "seconds": took}
+        _print_json(facts)
+    else:
+        print(answer)
+    _note(f"{count} frames, {drawn} of them drawn now, {took:.1f} s")
+
+
+class _Shot:
+    """All that a frame needs."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        films: list[FlowingFilm],
+        path: CameraPath,
+        start: float,
+        speed: float,
+        fps: float,
+        run: dict[str, Any],
+        folder: Path,
+        formats: list[str],
+        threads: int | None,
+    ) -> None:
+        self.scene, self.films, self.path = scene, films, path
+        self.start, self.speed, self.fps = start, speed, fps
+        self.run, self.folder, self.formats, self.threads = run, folder, formats, threads
+
+
+def _draw(shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
+    """Every frame that is not there yet; how many those were, and the exposure of all."""
+    import warnings
+
+    import iridesce as ir
+    from iridesce.rendering import animation
+
+    size = None if shot.run["size"] is None else (shot.run["size"][0], shot.run["size"][1])
+    drawn = 0
+    with progress_bar("frames", counted=True) as advance:
+        for number in range(count):
+            files = list(animation.frame_names(shot.folder, number, shot.formats))
+            if stops is not None and all(file.exists() for file in files):
+                advance(number + 1, count)
+                continue
+            time_s = number / shot.fps
+            film_s = shot.start + shot.speed * time_s
+            now = animation.scene_at(shot.scene, shot.films, film_s, shot.path.at(time_s))
+            with warnings.catch_warnings():
+                # What there is to say of media is said once.
+                warnings.simplefilter("default" if drawn == 0 else "ignore")
+                image = ir.render(now, samples=shot.run["samples"], size=size, threads=shot.threads)
+            if stops is None:
+                stops = image.exposure_stops(shot.run["exposure"])
+                write_whole(shot.folder / _RUN, _text({**shot.run, "stops": stops}))
+            for file in files:
+                image.save(file, exposure=stops)
+            animation.keep_films(shot.films, shot.folder)
+            drawn += 1
+            advance(number + 1, count)
+    return drawn, 0.0 if stops is None else stops
+
+
+def _frames(seconds: float, fps: float) -> int:
+    for option, value in (("--seconds", seconds), ("--fps", fps)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise ValueError(f"{option} must be > 0 and finite, got {value:g}")
+    count = seconds * fps
+    if count > _MOST_FRAMES:
+        raise ValueError(f"--seconds {seconds:g} at --fps {fps:g} is more than {_MOST_FRAMES} frames")
+    return max(round(count), 1)
+
+
+def _check_times(start: float, speed: float) -> None:
+    if not (math.isfinite(start) and start >= 0.0):
+        raise ValueError(f"--start must be >= 0 and finite, in s, got {start:g}")
+    if not (math.isfinite(speed) and speed >= 0.0):
+        raise ValueError(f"--speed must be >= 0 and finite, got {speed:g}")
+
+
+def _films(scene: Scene, columns: int | None) -> tuple[Scene, list[FlowingFilm]]:
+    from iridesce.rendering.animation import flowing_films
+
+    if columns is not None:
+        for film in flowing_films(scene.to_dict()):
+            # At its beginning a film need not flow first.
+            scene = scene.with_value(f"{film.key}.time_s", 0.0).with_value(f"{film.key}.columns", columns)
+    return scene, flowing_films(scene.to_dict())
+
+
+def _begin(folder: Path, run: dict[str, Any], resume: bool) -> float | None:
+    """Make the folder, or see that it holds the same footage; the exposure, where it is known already."""
+    description = folder / _RUN
+    if not resume:
+        if description.exists():
+            raise ValueError(f"{folder} holds footage; --resume goes on with it, another name starts afresh")
+        if folder.is_dir() and any(folder.iterdir()):
+            raise ValueError(f"{folder} is not empty; name a new folder")
+        check_place(folder / _RUN) if folder.is_dir() else folder.mkdir(parents=True)
+        write_whole(description, _text(run))
+        return None
+    if not description.exists():
+        raise ValueError(f"{folder} holds no footage to resume: no {_RUN}")
+    try:
+        before = json.loads(description.read_bytes())
+        stops = before.pop("stops", None)
+        differing = [key for key, value in run.items() if before[key] != value]
+    except (ValueError, KeyError, TypeError, AttributeError, UnicodeDecodeError):
+        raise ValueError(f"{description} is not the description of footage") from None
+    if differing:
+        key = differing[0]
+        was, now = json.dumps(before[key]), json.dumps(run[key])
+        raise ValueError(
+            f"{folder} holds footage with another {key}: {was:.80}, not {now:.80}; --resume takes the same"
+        )
+    return None if stops is None else float(stops)
+
+
+def _remove(folder: Path, count: int, formats: list[str], films: int) -> None:
+    """What this verb wrote, and the folder if that was all."""
+    from iridesce.rendering.animation import frame_names
+
+    for number in range(count):
+        for file in frame_names(folder, number, formats):
+            file.unlink(missing_ok=True)
+    for number in range(films):
+        (folder / f"film_{number}.irflow").unlink(missing_ok=True)
+    (folder / _RUN).unlink(missing_ok=True)
+    with contextlib.suppress(OSError):
+        folder.rmdir()
+
+
+def _text(run: dict[str, Any]) -> bytes:
+    return (json.dumps(run, indent=1) + "\n").encode()

@@ -1,0 +1,341 @@
+"""The verb ``chart``: the charts of ``ir.plot`` as files. Reads options, draws, writes whole files."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from iridesce.cli.commands import AngleOption, JsonOption, PolarizationOption, _print_json, _reading, _size, app
+from iridesce.cli.entry import answers_errors
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from iridesce.optics.medium import Medium
+
+GROWING_HELP = (
+    'Media and layers separated by " / "; the layer that grows leaves out its thickness: "air / soap / air",'
+    ' "air / SiO2 ? / Si 500 / air".'
+)
+FORMATS = (".png", ".pdf", ".svg")
+DPI = 160.0  # pixels of a .png to the inch: text is as large in all three formats
+
+GrowingArgument = Annotated[str, typer.Argument(metavar="STACK", help=GROWING_HELP, show_default=False)]
+OutputOption = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", help="File to write: .png, .pdf or .svg.", show_default="CHART-STACK.png"),
+]
+RangeOption = Annotated[
+    str | None, typer.Option("--range", metavar="A:B", help="First and last thickness, nm.", show_default=False)
+]
+FromOption = Annotated[float | None, typer.Option("--from", help="First thickness, nm.", show_default=False)]
+ToOption = Annotated[float | None, typer.Option("--to", help="Last thickness, nm.", show_default=False)]
+LayerOption = Annotated[
+    str | None, typer.Option("--layer", help="The layer that grows: its number, from 1, or its medium.")
+]
+IlluminantOption = Annotated[str, typer.Option("--illuminant", help="D65, A, FL2, blackbody:2856, lines:589.158, ...")]
+QuantityOption = Annotated[str, typer.Option("--quantity", help="reflectance, transmittance or absorptance.")]
+ModelOption = Annotated[str, typer.Option("--model", help="exact or two-beam.")]
+ExposureOption = Annotated[
+    str, typer.Option("--exposure", help='Stops (0: as it is), "auto", or "common" for all strips or angles alike.')
+]
+ThemeOption = Annotated[str, typer.Option("--theme", help="light or dark.")]
+SizeOption = Annotated[
+    str | None,
+    typer.Option("--size", metavar="WxH", help="Pixels of a .png; a .pdf or .svg has 160 of them to the inch."),
+]
+TitleOption = Annotated[str | None, typer.Option("--title", help='Instead of the stack; "" for none.')]
+
+chart_app = typer.Typer(
+    help="Charts of a film that thickens: its path in the CIE diagram, its strip of colours, thickness against angle.",
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.add_typer(chart_app, name="chart")
+
+
+@chart_app.command()
+@answers_errors
+def locus(
+    stack: GrowingArgument,
+    output: OutputOption = None,
+    range_: RangeOption = None,
+    from_: FromOption = None,
+    to: ToOption = None,
+    angle: AngleOption = 0.0,
+    layer: LayerOption = None,
+    illuminant: IlluminantOption = "D65",
+    polarization: PolarizationOption = "unpolarized",
+    quantity: QuantityOption = "reflectance",
+    model: Annotated[
+        list[str] | None,
+        typer.Option(help="exact, two-beam, or both in one diagram; given twice: side by side.", show_default="exact"),
+    ] = None,
+    diagram: Annotated[str, typer.Option(help="xy (CIE 1931) or uv (CIE 1976).")] = "xy",
+    gamut: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="srgb, display-p3, rec2020, ntsc1953, acescg or none; may be repeated.", show_default="srgb rec2020"
+        ),
+    ] = None,
+    tick: Annotated[float | None, typer.Option(help="nm from dot to dot.", show_default=False)] = None,
+    zoom: Annotated[bool, typer.Option("--zoom", help="Fit the limits to the path.")] = False,
+    theme: ThemeOption = "light",
+    size: SizeOption = None,
+    title: TitleOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """The path of the film's colour in the CIE diagram as it thickens, 0 to 2000 nm unless said otherwise."""
+    models = model or ["exact"]
+    triangles = [] if gamut == ["none"] else gamut or ["srgb", "rec2020"]
+
+    def draw(axes: list[Axes]) -> None:
+        from iridesce import plot
+
+        for one, ax in zip(models, axes, strict=True):
+            plot.locus(
+                stack,
+                _thicknesses(range_, from_, to, 2000.0),
+                angle,
+                layer=_layer(layer),
+                illuminant=illuminant,
+                polarization=polarization,
+                quantity=quantity,
+                model=one,
+                diagram=diagram,
+                gamuts=triangles,
+                tick_nm=tick,
+                zoom=zoom,
+                title=title,
+                theme=theme,
+                ax=ax,
+            )
+
+    if len(models) > 4:
+        raise ValueError(f"--model may be given four times at most, got {len(models)}")
+    _make("locus", stack, output, size, (1000 * len(models), 1100), len(models), draw, as_json)
+
+
+@chart_app.command()
+@answers_errors
+def strip(
+    stack: Annotated[
+        list[str],
+        typer.Argument(metavar="STACK...", help=GROWING_HELP + ' "newton" is Newton\'s scale.', show_default=False),
+    ],
+    output: OutputOption = None,
+    range_: RangeOption = None,
+    from_: FromOption = None,
+    to: ToOption = None,
+    angle: Annotated[
+        list[float] | None, typer.Option("--angle", help="Degrees; may be repeated: one strip each.", show_default="0")
+    ] = None,
+    layer: LayerOption = None,
+    retardation: Annotated[
+        bool, typer.Option("--retardation", help="The range is one of retardation, 2 n d cos(theta), with its orders.")
+    ] = False,
+    orders: Annotated[bool, typer.Option("--orders", help="Mark the orders on a scale of thickness, too.")] = False,
+    illuminant: IlluminantOption = "D65",
+    polarization: PolarizationOption = "unpolarized",
+    quantity: QuantityOption = "reflectance",
+    model: ModelOption = "exact",
+    exposure: ExposureOption = "auto",
+    theme: ThemeOption = "light",
+    size: SizeOption = None,
+    title: TitleOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Strips of colour, one for each stack and angle, 0 to 2000 nm unless said otherwise (Newton's scale: to 2200)."""
+    angles = angle or [0.0]
+    newton = any(one.strip().lower() == "newton" for one in stack)
+    by_retardation = retardation or newton
+    across = _thicknesses(range_, from_, to, 2200.0 if by_retardation else 2000.0)
+
+    def draw(axes: list[Axes]) -> None:
+        from iridesce import plot
+
+        plot.strip(
+            stack,
+            None if by_retardation else across,
+            angles,
+            layer=_layer(layer),
+            retardation_nm=across if by_retardation else None,
+            orders=by_retardation or orders,
+            illuminant=illuminant,
+            polarization=polarization,
+            quantity=quantity,
+            model=model,
+            exposure=_stops(exposure),
+            title=title,
+            theme=theme,
+            ax=axes[0],
+        )
+
+    rows = sum(1 if one.strip().lower() == "newton" else len(angles) for one in stack)
+    name = stack[0] if len(stack) == 1 else " ".join(stack)
+    _make("strip", name, output, size, (1360, 210 + 82 * rows), 1, draw, as_json)
+
+
+@chart_app.command()
+@answers_errors
+def angle(
+    stack: GrowingArgument,
+    output: OutputOption = None,
+    range_: RangeOption = None,
+    from_: FromOption = None,
+    to: ToOption = None,
+    angle: Annotated[str, typer.Option("--angle", metavar="A:B", help="First and last angle, degrees.")] = "0:85",
+    layer: LayerOption = None,
+    illuminant: IlluminantOption = "D65",
+    polarization: PolarizationOption = "unpolarized",
+    quantity: QuantityOption = "reflectance",
+    model: ModelOption = "exact",
+    exposure: ExposureOption = "auto",
+    theme: ThemeOption = "light",
+    size: SizeOption = None,
+    title: TitleOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """All colours of the film: thickness, 0 to 2000 nm unless said otherwise, against the angle of incidence."""
+    across = _thicknesses(range_, from_, to, 2000.0)
+    up = _pair(angle, "--angle", "degrees")
+
+    def draw(axes: list[Axes]) -> None:
+        from iridesce import plot
+
+        plot.chart(
+            stack,
+            across,
+            up,
+            layer=_layer(layer),
+            illuminant=illuminant,
+            polarization=polarization,
+            quantity=quantity,
+            model=model,
+            exposure=_stops(exposure),
+            title=title,
+            theme=theme,
+            ax=axes[0],
+        )
+
+    _make("angle", stack, output, size, (1200, 800), 1, draw, as_json)
+
+
+def plot_medium(medium: Medium, path: Path, theme: str, size: str | None) -> None:
+    """The plot of ``iridesce media NAME -o FILE``."""
+
+    def draw(axes: list[Axes]) -> None:
+        from iridesce import plot
+
+        plot.medium(medium, theme=theme, ax=axes[0])
+
+    _write(path, (1200, 740) if size is None else _size(size), 1, draw)
+
+
+# --- what the user typed -------------------------------------------------------------------------------------------
+
+
+def _thicknesses(range_: str | None, start: float | None, end: float | None, default_end: float) -> tuple[float, float]:
+    """The range from ``--range A:B``, or from ``--from`` and ``--to``."""
+    if range_ is not None:
+        if start is not None or end is not None:
+            raise typer.BadParameter("--range says it all: leave out --from and --to", param_hint="--range")
+        return _pair(range_, "--range", "nm")
+    return (0.0 if start is None else start, default_end if end is None else end)
+
+
+def _pair(text: str, option: str, unit: str) -> tuple[float, float]:
+    first, colon, last = text.partition(":")
+    try:
+        if not colon:
+            raise ValueError
+        return float(first), float(last)
+    except ValueError:
+        raise typer.BadParameter(f"wanted two numbers in {unit}, as in 0:60, got {text!r}", param_hint=option) from None
+
+
+def _layer(text: str | None) -> int | str | None:
+    return int(text) if text is not None and re.fullmatch(r"\d{1,9}", text) else text
+
+
+def _stops(text: str) -> float | str:
+    if text in ("auto", "common"):
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        message = f'wanted a number of stops, "auto" or "common", got {text!r}'
+        raise typer.BadParameter(message, param_hint="--exposure") from None
+
+
+# --- the file ------------------------------------------------------------------------------------------------------
+
+
+def _make(
+    kind: str,
+    stack: str,
+    output: Path | None,
+    size: str | None,
+    pixels: tuple[int, int],
+    panels: int,
+    draw: Callable[[list[Any]], None],
+    as_json: bool,
+) -> None:
+    """Draw one chart of one or more panels and write it."""
+    path = output or Path(f"{kind}-{_slug(stack)}.png")
+    _write(path, pixels if size is None else _size(size), panels, draw)
+    if as_json:
+        _print_json({"files": [str(path)]})
+    else:
+        print(path)
+
+
+def _write(path: Path, pixels: tuple[int, int], panels: int, draw: Callable[[list[Any]], None]) -> None:
+    """Draw and write; everything that can be wrong with name and size is found before the drawing."""
+    ending = path.suffix.lower()
+    if ending not in FORMATS:
+        raise typer.BadParameter(f"the name must end in {', '.join(FORMATS)}, got {str(path)!r}", param_hint="-o")
+    width, height = pixels
+    if width < 160 or height < 120:
+        raise ValueError(f"--size must be at least 160x120 for a chart, got {width}x{height}")
+    from iridesce.errors import ResourceError
+    from iridesce.files.whole import check_place, write_whole
+
+    if width > 2**14 or height > 2**14:
+        raise ResourceError(f"--size must be at most {2**14}x{2**14} for a chart, got {width:.6g}x{height:.6g}")
+    check_place(path)
+
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    # Text stays text in .svg files; the salt makes the same chart the same bytes.
+    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "iridesce"}):
+        figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI)
+        figure.set_layout_engine("constrained", w_pad=0.1, h_pad=0.1)
+        axes = [figure.add_subplot(1, panels, 1 + panel) for panel in range(panels)]
+        with _reading():
+            draw(axes)
+        buffer = io.BytesIO()
+        dates = {".png": {}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}[ending]
+        figure.savefig(buffer, format=ending[1:], dpi=DPI, metadata=dates)
+    write_whole(path, buffer.getvalue())
+
+
+def write_chart(path: Path, size: str | None, draw: Callable[[Any], object]) -> None:
+    """One chart of another verb into a file."""
+
+    def one(axes: list[Any]) -> None:
+        draw(axes[0])
+
+    _write(path, (1250, 800) if size is None else _size(size), 1, one)
+
+
+def _slug(stack: str) -> str:
+    """A file's name from a stack: ``air-soap-air``."""
+    words = re.sub(r"[^A-Za-z0-9.+]+", "-", stack).strip("-.")
+    return words[:80].strip("-.") or "film"

@@ -1,0 +1,110 @@
+"""The verb ``fit``: film thickness from a spectrum."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from iridesce.cli.commands import AngleOption, JsonOption, PolarizationOption, _note, _print_json, app
+from iridesce.cli.entry import answers_errors
+from iridesce.cli.verbs.chart import FORMATS, SizeOption, ThemeOption, _pair, write_chart
+
+
+@app.command()
+@answers_errors
+def fit(
+    spectrum: Annotated[
+        Path, typer.Argument(help="The spectrometer's text file: wavelength and measurement.", show_default=False)
+    ],
+    stack: Annotated[
+        str, typer.Option("--stack", help='Media and layers, ? for what is unknown: "air / SiO2 ? / Si".')
+    ],
+    angle: AngleOption = 0.0,
+    polarization: PolarizationOption = "unpolarized",
+    quantity: Annotated[str, typer.Option(help="reflectance or transmittance.")] = "reflectance",
+    range_: Annotated[
+        list[str] | None,
+        typer.Option("--range", metavar="A:B", help="Thicknesses to look among, nm; once, or once for each ?."),
+    ] = None,
+    gain: Annotated[
+        str | None,
+        typer.Option(
+            help='measured = gain x model; unknown if not given. 1 for a calibrated ratio; "linear": drifting.'
+        ),
+    ] = None,
+    baseline: Annotated[str, typer.Option(help="Stray light: none, constant, linear or quadratic.")] = "constant",
+    resolution: Annotated[
+        float | None, typer.Option(help="Full width of the instrument's line, nm; found if not given.")
+    ] = None,
+    index: Annotated[
+        str | None, typer.Option(help="Fit the index of the unknown layers too: constant or cauchy.")
+    ] = None,
+    column: Annotated[str | None, typer.Option(help="Name or number of the measurement's column.")] = None,
+    unit: Annotated[str | None, typer.Option(help="Of the wavelengths: nm, um, angstrom, cm-1, ev.")] = None,
+    from_: Annotated[float, typer.Option("--from", help="Leave out wavelengths below, nm.")] = 0.0,
+    to: Annotated[float, typer.Option("--to", help="Leave out wavelengths above, nm.")] = float("inf"),
+    probability: Annotated[float, typer.Option(help="Of the intervals.")] = 0.95,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "-o", "--output", help="Plot (.png, .pdf, .svg) or curves (.csv, .json) to write; may be given twice."
+        ),
+    ] = None,
+    theme: ThemeOption = "light",
+    size: SizeOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Film thickness from a reflectance or transmittance spectrum: every plausible solution with its interval."""
+    from iridesce.files import rows
+
+    files = output or []
+    for file in files:
+        rows.check(file, (*FORMATS, *rows.FORMATS))
+    pairs = [_pair(text, "--range", "nm") for text in range_ or []]
+
+    import iridesce as ir
+
+    read = ir.fit.read_spectrum(spectrum, column, unit, quantity)
+    inside = ~((read.wavelength_nm < from_) | (read.wavelength_nm > to))
+    result = ir.fit_thickness(
+        read.wavelength_nm[inside],
+        read.measured[inside],
+        stack,
+        quantity=quantity,
+        angle_deg=angle,
+        polarization=polarization,
+        thickness_range_nm=None if not pairs else pairs[0] if len(pairs) == 1 else pairs,
+        gain=_gain(gain),
+        baseline=baseline,
+        resolution_nm=resolution,
+        index=index,
+        probability=probability,
+    )
+    for file in files:
+        if file.suffix.lower() in rows.FORMATS:
+            columns: dict[str, Any] = {"wavelength_nm": result.wavelength_nm, "measured": result.measured}
+            for number, solution in enumerate(result, start=1):
+                columns[f"fitted_{number}"] = solution.fitted
+            rows.write(file, columns, {"file": str(spectrum), **result.to_dict()})
+        else:
+            write_chart(file, size, lambda ax: result.plot(ax, theme=theme))
+    if as_json:
+        answer = {"file": str(spectrum), "column": read.column, "read": list(read.notes), **result.to_dict()}
+        _print_json({**answer, "files": [str(file) for file in files]})
+        return
+    for note in read.notes:
+        _note(f"note: {note}")
+    print(result)
+    for file in files:
+        print(file)
+
+
+def _gain(text: str | None) -> float | str | None:
+    if text is None or text == "linear":
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        raise typer.BadParameter(f'wanted a number or "linear", got {text!r}', param_hint="--gain") from None

@@ -1,0 +1,1 @@
+"""Small files: read whole, written whole; rows, TOML, measured spectra."""

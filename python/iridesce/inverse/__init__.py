@@ -1,0 +1,1 @@
+"""From measured spectra back to films."""

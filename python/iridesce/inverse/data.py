@@ -1,0 +1,179 @@
+"""What is done to a measured spectrum before and around a fit: order, outliers, weights, the size of its noise. Internal."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from iridesce.arguments.operands import Floats
+from iridesce.inverse.model import Problem
+from iridesce.inverse.solve import Data
+
+
+def cleaned(
+    wavelength_nm: npt.ArrayLike, measured: npt.ArrayLike, noise: npt.ArrayLike | None, notes: list[str]
+) -> tuple[Floats, Floats, Floats | None]:
+    """Ascending, finite, one value a wavelength; what was changed goes into the notes."""
+    nm, values = _column("wavelength_nm", wavelength_nm), _column("measured", measured)
+    if nm.shape != values.shape:
+        raise ValueError(f"wavelength_nm and measured must be of one length, got {nm.size} and {values.size}")
+    sd: Floats | None = None
+    if noise is not None:
+        given = _column("noise", np.atleast_1d(np.asarray(noise)))
+        if given.size not in (1, nm.size):
+            raise ValueError(f"noise must be one number or one a point ({nm.size}), got {given.size}")
+        sd = np.broadcast_to(given, nm.shape).copy()
+    good = np.isfinite(nm) & np.isfinite(values) & (nm > 0.0)
+    if sd is not None:
+        good &= np.isfinite(sd) & (sd > 0.0)
+    dropped = int(nm.size - good.sum())
+    if dropped:
+        notes.append(f"{dropped} of {nm.size} points dropped: not finite, or a wavelength or noise that is not > 0")
+    nm, values = nm[good], values[good]
+    sd = None if sd is None else sd[good]
+    if nm.size == 0:
+        raise ValueError("wavelength_nm and measured hold no usable point")
+    order = np.argsort(nm, kind="stable")
+    if np.any(np.diff(nm) < 0.0) and not np.all(np.diff(nm) <= 0.0):
+        notes.append("the wavelengths were not in order; they have been sorted")
+    nm, values = nm[order], values[order]
+    sd = None if sd is None else sd[order]
+    unique, inverse, counts = np.unique(nm, return_inverse=True, return_counts=True)
+    if unique.size < nm.size:
+        notes.append(f"{nm.size - unique.size} repeated wavelengths: their values have been averaged")
+        values = np.bincount(inverse, values) / counts
+        sd = None if sd is None else np.sqrt(np.bincount(inverse, sd**2)) / counts
+        nm = unique
+    return nm, values, sd
+
+
+def inside_media(problem: Problem, nm: Floats, notes: list[str]) -> npt.NDArray[np.bool_]:
+    """Which wavelengths all media have data for; the others are dropped, as spectrometers write more than films are known for."""
+    inside = np.ones(nm.size, dtype=bool)
+    for medium in problem.stack.media:
+        if medium.range_nm is None or medium.kind == "constant":
+            continue
+        low, high = medium.range_nm
+        outside = (nm < low) | (nm > high)
+        if outside.any() and not outside.all():
+            word = f'{int(outside.sum())} points outside {low:g}-{high:g} nm dropped: "{medium.name}" has no data there'
+            if word not in notes:
+                notes.append(word)
+            inside &= ~outside
+    return inside
+
+
+def _column(name: str, values: npt.ArrayLike) -> Floats:
+    try:
+        array = np.asarray(np.ma.filled(values, np.nan) if isinstance(values, np.ma.MaskedArray) else values)
+        numbers = array.real.astype(np.float64)  # complex ones are refused below
+    except (ValueError, TypeError):
+        raise ValueError(f"{name} must be numbers, got {values!r:.60}") from None
+    if array.dtype.kind not in "iuf" or numbers.ndim != 1:
+        raise ValueError(f"{name} must be real numbers along one axis, got shape {array.shape} of type {array.dtype}")
+    return np.asarray(numbers)
+
+
+def unit(weight: Floats) -> Floats:
+    """Weights whose squares have the mean 1."""
+    return np.asarray(weight / np.sqrt(np.mean(weight**2)))
+
+
+def calm(values: Floats, notes: list[str]) -> npt.NDArray[np.bool_]:
+    """Which points are no spikes: those that jump from the median of their four neighbours far more than others do."""
+    if values.size < 30:
+        return np.ones(values.size, dtype=bool)
+    padded = np.pad(values, 2, mode="reflect")
+    neighbours = np.stack([padded[shift : shift + values.size] for shift in (0, 1, 3, 4)])
+    jump = np.abs(values - np.median(neighbours, axis=0))
+    # The local scale, so that the noisy edges of a spectrometer are not taken for spikes.
+    width = max(values.size // 12, 15)
+    blocks = np.array([np.median(block) for block in np.array_split(jump, max(values.size // width, 1))])
+    scale = np.interp(np.linspace(0.0, 1.0, values.size), np.linspace(0.0, 1.0, blocks.size), blocks)
+    steady = jump <= 15.0 * np.maximum(scale, np.median(jump))
+    steady[:2] = steady[-2:] = True  # with neighbours on one side only, a slope looks like a jump
+    spikes = int(values.size - steady.sum())
+    if spikes == 0 or spikes > values.size // 20 or not np.median(jump) > 0.0:
+        return np.ones(values.size, dtype=bool)
+    notes.append(f"{spikes} of {values.size} points dropped: spikes that no neighbour shares")
+    return np.asarray(steady)
+
+
+def even_weight(values: Floats, notes: list[str]) -> Floats:
+    """Weights from the scatter between neighbours, where that is far from even: the dark edges of a spectrometer."""
+    if values.size < 60:
+        return np.ones_like(values)
+    second = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2]) / math.sqrt(6.0)
+    local = _local_scatter(np.r_[second[0], second, second[-1]], values.size // 12)
+    typical = float(np.median(local))
+    if typical <= 0.0 or local.max() < 6.0 * typical:
+        return np.ones_like(values)
+    notes.append("the noise is uneven along the spectrum: noisy parts count less")
+    return unit(1.0 / np.maximum(local, 0.5 * typical))
+
+
+def weights_of(curve: Floats, data: Data, notes: list[str]) -> Floats | None:
+    """Weights from what a fit has left, or None where it is even within chance."""
+    residual = np.abs(data.measured - curve)
+    if residual.size < 60:
+        return None
+    local = _local_scatter(residual, residual.size // 12)
+    typical = float(np.median(local))
+    if typical <= 0.0 or local.max() < 2.5 * typical:
+        return None
+    note = "the noise is uneven along the spectrum: noisy parts count less"
+    if note not in notes:
+        notes.append(note)
+    return unit(1.0 / np.maximum(local, 0.5 * typical))
+
+
+# Degree of the course of a lamp, and the share of its peak below which nothing is worth dividing.
+_LAMP_DEGREE = 7
+_DARK = 0.05
+
+
+def without_lamp(nm: Floats, values: Floats, mean: Floats) -> tuple[Floats, Floats, Floats] | None:
+    """Wavelengths, values and weights of a spectrum over its own smooth course, times the mean that the stack has there."""
+    x = (2.0 * nm - nm[0] - nm[-1]) / (nm[-1] - nm[0])
+    basis = np.polynomial.chebyshev.chebvander(x, _LAMP_DEGREE)
+    course = basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
+    lit = course > _DARK * course.max()
+    if course.max() <= 0.0 or lit.sum() < 100:
+        return None
+    lamp = course[lit] / mean[lit]
+    return nm[lit], values[lit] / lamp, unit(lamp)
+
+
+def _local_scatter(size: Floats, width: int) -> Floats:
+    """Root mean square within a window, outliers cut at four times the median."""
+    width = max(width | 1, 11)
+    clipped = np.minimum(size, 8.0 * np.median(size)) ** 2
+    padded = np.pad(clipped, width // 2, mode="reflect")
+    sums = np.cumsum(np.r_[0.0, padded])
+    return np.asarray(np.sqrt((sums[width:] - sums[:-width]) / width))
+
+
+def correlation(residual: Floats) -> float:
+    """By how much the variance of a mean exceeds that of independent residuals: (1 + rho)/(1 - rho) for neighbours' rho."""
+    centred = residual - residual.mean()
+    size = float(centred @ centred)
+    if size == 0.0:
+        return 1.0
+    rho = float(centred[1:] @ centred[:-1]) / size
+    if rho < 3.0 / math.sqrt(residual.size):
+        return 1.0
+    rho = min(rho, 0.98)
+    return (1.0 + rho) / (1.0 - rho)
+
+
+def scatter(residual: Floats) -> float:
+    """Noise from second differences of what is left, in which what the model misses smoothly does not show."""
+    size = math.sqrt(float(np.mean((residual[2:] - 2.0 * residual[1:-1] + residual[:-2]) ** 2)) / 6.0)
+    return max(size, 1e-150)
+
+
+def too_much(freedom: int) -> float:
+    """A chi2 a degree of freedom above which the noise given, or the model, is wrong: five standard deviations."""
+    return 1.0 + 5.0 * math.sqrt(2.0 / freedom)

@@ -1,0 +1,1 @@
+"""Media, layers and what a stack of them does to light."""

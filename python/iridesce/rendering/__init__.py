@@ -1,0 +1,7 @@
+"""From a scene to its picture, or to a film of pictures."""
+
+from __future__ import annotations
+
+from iridesce.rendering.pictures import render
+
+__all__ = ["render"]

@@ -1,0 +1,268 @@
+"""Scenes in time: which films flow, where the camera goes, frames on disk, and a video of them. Internal to the verb."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import subprocess
+import tomllib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from iridesce.files.whole import check_place, write_whole
+
+if TYPE_CHECKING:
+    from iridesce.scene import Scene
+
+# What a video file's ending asks of ffmpeg. Quality where nothing of the film's fine structure is lost to the eye.
+_CODECS = {
+    ".mp4": ("-c:v", "libx264", "-preset", "slow", "-crf", "14", "-pix_fmt", "yuv420p", "-movflags", "+faststart"),
+    ".mov": ("-c:v", "libx264", "-preset", "slow", "-crf", "14", "-pix_fmt", "yuv420p", "-movflags", "+faststart"),
+    ".mkv": ("-c:v", "libx264", "-preset", "slow", "-crf", "14", "-pix_fmt", "yuv420p"),
+    ".webm": ("-c:v", "libvpx-vp9", "-crf", "20", "-b:v", "0", "-pix_fmt", "yuv420p"),
+}
+VIDEOS = (*_CODECS, ".gif")
+# Frames are sRGB; video players expect the matrix of Rec.709 and are told so. Even sides, which halved colour needs.
+_TO_VIDEO = (
+    "scale=trunc(iw/2)*2:trunc(ih/2)*2:out_color_matrix=bt709:out_range=tv",
+    *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec61966-2-1", "-color_range", "tv"),
+)
+_TO_GIF = "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse=dither=sierra2_4a"
+
+
+@dataclass(frozen=True)
+class FlowingFilm:
+    """A film of a scene that flows: where in the scene, and which."""
+
+    key: str
+    preset: str
+    seed: int
+    columns: int | None
+
+    @property
+    def which(self) -> tuple[str, int, int | None]:
+        return self.preset, self.seed, self.columns
+
+
+def flowing_films(tree: dict[str, Any]) -> list[FlowingFilm]:
+    """Every thickness of a scene that is a film that flows."""
+    found = []
+    for number, item in enumerate(tree["object"]):
+        surface = item["surface"]
+        places = [("film", surface["film"])] if "film" in surface else []
+        if "coating" in surface:
+            layers = enumerate(surface["coating"]["layers"])
+            places += [(f"coating.layers.{i}", layer) for i, layer in layers]
+        for place, layer in places:
+            thickness = layer["thickness_nm"]
+            if isinstance(thickness, dict) and "flow" in thickness:
+                flow = thickness["flow"]
+                key = f"object.{number}.surface.{place}.thickness_nm.flow"
+                found.append(FlowingFilm(key, flow["preset"], flow["seed"], flow.get("columns")))
+    return found
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The camera
+
+
+@dataclass(frozen=True)
+class CameraPath:
+    """Where the camera is: keys in time, joined by cubic curves, and a turn about the target on top of that.
+
+    values  (time in s, nine numbers: position, target; the field of view or the height of the view) in order of time
+    """
+
+    zoom: str
+    up: tuple[float, float, float]
+    keys: tuple[tuple[float, tuple[float, ...]], ...]
+    turn_deg: float
+    seconds: float
+
+    def at(self, time_s: float) -> dict[str, Any]:
+        """The camera's keys of a scene at a time."""
+        values = _between(self.keys, time_s)
+        position, target, zoom = values[0:3], values[3:6], values[6]
+        angle = math.radians(self.turn_deg) * (time_s / self.seconds if self.seconds > 0.0 else 0.0)
+        way = [a - b for a, b in zip(position, target, strict=True)]
+        turned = _turned(way, self.up, angle)
+        return {
+            "position": [a + b for a, b in zip(target, turned, strict=True)],
+            "target": list(target),
+            self.zoom: zoom,
+        }
+
+    @property
+    def moves(self) -> bool:
+        return self.turn_deg != 0.0 or len({values for _, values in self.keys}) > 1
+
+
+def camera_path(camera: dict[str, Any], seconds: float, turn_deg: float, file: Path | None) -> CameraPath:
+    """The path that a file of keys says, or a camera that stays; both may turn about their target.
+
+    ``ValueError`` naming the file, the key and what is allowed.
+    """
+    zoom = "fov_deg" if "fov_deg" in camera else "orthographic_height"
+    if not math.isfinite(turn_deg):
+        raise ValueError(f"the turn must be a finite number of degrees, got {turn_deg!r}")
+    own = {"position": camera["position"], "target": camera["target"], zoom: camera[zoom]}
+    rows = [{"time_s": 0.0, **own}] if file is None else _read_keys(file, own, zoom)
+    keys = tuple((float(row["time_s"]), (*row["position"], *row["target"], float(row[zoom]))) for row in rows)
+    up = tuple(float(x) for x in camera["up"])
+    return CameraPath(zoom, (up[0], up[1], up[2]), keys, turn_deg, seconds)
+
+
+def _read_keys(file: Path, own: dict[str, Any], zoom: str) -> list[dict[str, Any]]:
+    try:
+        tree = tomllib.loads(file.read_text(encoding="utf-8"))
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ValueError(f"{file}: no TOML file: {error}") from None
+    except OSError as error:
+        raise ValueError(f"{file}: {error.strerror}") from None
+    rows = tree.get("key")
+    if set(tree) != {"key"} or not isinstance(rows, list) or not rows:
+        raise ValueError(f"{file}: wanted tables [[key]], each with time_s and some of {', '.join(own)}")
+    keys: list[dict[str, Any]] = []
+    for number, row in enumerate(rows):
+        place = f"{file}: key {number}"
+        for name, value in row.items():
+            if name not in ("time_s", *own):
+                raise ValueError(f"{place}: unknown {name!r}; wanted time_s, {', '.join(own)}")
+            wanted = 3 if name in ("position", "target") else 1
+            numbers = value if isinstance(value, list) else [value]
+            good = all(isinstance(x, int | float) and not isinstance(x, bool) and math.isfinite(x) for x in numbers)
+            if not good or len(numbers) != wanted or (wanted == 3) != isinstance(value, list):
+                raise ValueError(
+                    f"{place}: {name} must be {'three numbers' if wanted == 3 else 'a number'}, got {value!r}"
+                )
+        if "time_s" not in row:
+            raise ValueError(f"{place} has no time_s")
+        if keys and not row["time_s"] > keys[-1]["time_s"]:
+            raise ValueError(
+                f"{place}: time_s must grow from key to key, got {row['time_s']!r} after {keys[-1]['time_s']!r}"
+            )
+        # What a key leaves out stays as it was.
+        keys.append({**(keys[-1] if keys else own), **row})
+    return keys
+
+
+def _between(keys: Sequence[tuple[float, tuple[float, ...]]], time_s: float) -> tuple[float, ...]:
+    """Cubic Hermite curves whose slope at a key is the mean of the slopes on its two sides, none at both ends."""
+    last = len(keys) - 1
+    if time_s <= keys[0][0]:
+        return keys[0][1]
+    if time_s >= keys[last][0]:
+        return keys[last][1]
+    at = max(i for i in range(last) if keys[i][0] <= time_s)
+    (start, a), (end, b) = keys[at], keys[at + 1]
+    width = end - start
+    f = (time_s - start) / width
+
+    def slope(i: int, k: int) -> float:
+        if i in (0, last):
+            return 0.0
+        (t0, v0), (t1, v1), (t2, v2) = keys[i - 1], keys[i], keys[i + 1]
+        return 0.5 * ((v1[k] - v0[k]) / (t1 - t0) + (v2[k] - v1[k]) / (t2 - t1))
+
+    g, h = f * f, f * f * f
+    return tuple(
+        (2 * h - 3 * g + 1) * a[k]
+        + (h - 2 * g + f) * width * slope(at, k)
+        + (3 * g - 2 * h) * b[k]
+        + (h - g) * width * slope(at + 1, k)
+        for k in range(len(a))
+    )
+
+
+def _turned(v: Sequence[float], axis: Sequence[float], angle: float) -> list[float]:
+    """Rodrigues' rotation."""
+    length = math.sqrt(sum(x * x for x in axis))
+    n = [x / length for x in axis]
+    cross = [n[1] * v[2] - n[2] * v[1], n[2] * v[0] - n[0] * v[2], n[0] * v[1] - n[1] * v[0]]
+    along = sum(a * b for a, b in zip(n, v, strict=True))
+    sine, cosine = math.sin(angle), math.cos(angle)
+    return [v[i] * cosine + cross[i] * sine + n[i] * along * (1.0 - cosine) for i in range(3)]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Scenes, frame by frame
+
+
+def scene_at(scene: Scene, films: Sequence[FlowingFilm], film_s: float, camera: dict[str, Any]) -> Scene:
+    """The scene with its films at one time of theirs, and its camera in one place."""
+    for key, value in camera.items():
+        scene = scene.with_value(f"camera.{key}", value)
+    for film in films:
+        scene = scene.with_value(f"{film.key}.time_s", film_s)
+    return scene
+
+
+def keep_films(films: Sequence[FlowingFilm], folder: Path) -> None:
+    """Write where the films stand, so that another run can go on from there."""
+    from iridesce import _core
+
+    for number, film in enumerate(films):
+        standing = _core.flow_standing(*film.which)
+        if standing is not None:
+            write_whole(folder / f"film_{number}.irflow", standing)
+
+
+def take_up_films(films: Sequence[FlowingFilm], folder: Path) -> None:
+    """Let films go on where they stood; those that are not kept flow from their beginning again."""
+    from iridesce import _core
+
+    for number, film in enumerate(films):
+        kept = folder / f"film_{number}.irflow"
+        if kept.exists():
+            try:
+                _core.flow_stand(*film.which, kept.read_bytes())
+            except ValueError:
+                # Of another version perhaps: the film is made again, which takes longer and ends the same.
+                kept.unlink()
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Video
+
+
+def find_ffmpeg() -> str | None:
+    """The user's ffmpeg, or that of the extra `video`; None if there is neither."""
+    own = shutil.which("ffmpeg")
+    if own is not None:
+        return own
+    try:
+        import imageio_ffmpeg
+
+        return str(imageio_ffmpeg.get_ffmpeg_exe())
+    except (ImportError, RuntimeError):
+        return None
+
+
+def write_video(ffmpeg: str, frames: Path, fps: float, count: int, path: Path) -> None:
+    """Join frames into a video, whole or not at all. ``OSError`` with what ffmpeg said last if it fails."""
+    check_place(path)
+    part = path.with_name(f".{path.stem}.part{path.suffix}")
+    ending = path.suffix.lower()
+    if ending == ".gif":
+        how: tuple[str, ...] = ("-filter_complex", _TO_GIF)
+    else:
+        how = ("-vf", _TO_VIDEO[0], *_CODECS[ending], *_TO_VIDEO[1:])
+    source = ("-framerate", f"{fps:.10g}", "-start_number", "0", "-i", str(frames / "frame_%05d.png"))
+    command = [ffmpeg, "-hide_banner", "-loglevel", "error", "-nostdin", "-y", *source]
+    command += ["-frames:v", str(count), *how, str(part)]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace")
+        if done.returncode != 0:
+            said = done.stderr.strip().splitlines()
+            raise OSError(f"ffmpeg could not write {path}: {said[-1] if said else f'exit code {done.returncode}'}")
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def frame_names(folder: Path, number: int, formats: Sequence[str]) -> Iterator[Path]:
+    """The files of one frame."""
+    for ending in formats:
+        yield folder / f"frame_{number:05d}.{ending}"

@@ -1,0 +1,192 @@
+"""Films that flow, frame by frame. Public names are in ``iridesce.thickness``; the physics in ``docs/guide/living-films.md``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iridesce import _core
+from iridesce.thickness.thickness_map import ThicknessMap, number, whole
+
+_MAX_SEED = 2**64 - 1
+# Beyond this a frame's number times its length is no longer a time to the nanosecond.
+_MAX_SECONDS = 1e6
+
+
+class Frame(NamedTuple):
+    """A film at one time.
+
+    >>> frame = Frame(0.5, np.full((1, 2), 300.0))
+    >>> time_s, thickness_nm = frame
+    >>> time_s, thickness_nm.shape
+    (0.5, (1, 2))
+    """
+
+    time_s: float
+    """Time since the start, s."""
+    thickness_nm: NDArray[np.float64]
+    """Thickness, nm, row 0 on top, (rows, columns); of a dome its own rows alone."""
+
+
+class Simulation(Iterator[Frame]):
+    """A film that flows, as `simulate` makes it: iterate for its frames.
+
+    >>> film = simulate("late", time_s=0.1, frames_per_second=20)
+    >>> [round(frame.time_s, 2) for frame in film]
+    [0.0, 0.05, 0.1]
+    """
+
+    def __init__(self, core: _core.Flow, time_s: float, frames_per_second: float, first: int) -> None:
+        self._core = core
+        self._rate = frames_per_second
+        self._next = first
+        # A frame that rounding puts just past the end is the last one.
+        self._count = math.floor(time_s * frames_per_second + 1e-9) + 1
+
+    def __next__(self) -> Frame:
+        if self._next >= self._count or self.ruptured_s is not None:
+            raise StopIteration
+        self._core.advance_to(self._next / self._rate)
+        self._next += 1
+        return Frame(float(self.facts["time_s"] or 0.0), self._core.thickness_nm())
+
+    def __len__(self) -> int:
+        """How many frames are left, unless the film bursts."""
+        return max(self._count - self._next, 0)
+
+    @property
+    def frame(self) -> int:
+        """Number of the frame that comes next; the first is 0."""
+        return self._next
+
+    @property
+    def facts(self) -> dict[str, float | None]:
+        """Time, steps, effort of the last step, and where liquid went.
+
+        ``time_s``; ``step``; ``substeps`` and ``iterations`` of the last step; ``volume_m3`` of the film now and
+        ``start_m3``; ``evaporated_m3``, ``swallowed_m3`` (by the meniscus), ``blackened_m3`` and ``drained_m3``, which
+        together with the volume stay the start; ``ruptured_s``, None if the film did not burst.
+
+        >>> film = simulate("late", time_s=0.1)
+        >>> _ = list(film)
+        >>> gone = sum(film.facts[f"{way}_m3"] for way in ("evaporated", "swallowed", "blackened", "drained"))
+        >>> abs((film.facts["volume_m3"] + gone) / film.facts["start_m3"] - 1.0) < 1e-12
+        True
+        """
+        return self._core.facts()
+
+    @property
+    def ruptured_s(self) -> float | None:
+        """When the film burst, s; None if it did not."""
+        return self.facts["ruptured_s"]
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Every number that the film follows, by its name; the unit is in the name.
+
+        >>> simulate("late").parameters["thickness_nm"]
+        260.0
+        """
+        return dict(self._core.parameters())
+
+    def map(self) -> ThicknessMap:
+        """The film now as a map for a whole sphere, to be laid over it by u and v.
+
+        Returns  ThicknessMap; a dome is mirrored below its rim
+        Raises   nothing
+
+        >>> film = simulate("bubble-on-bath", time_s=0.0)
+        >>> next(film).thickness_nm.shape, (film.map().height, film.map().width)
+        ((96, 384), (192, 384))
+        """
+        return ThicknessMap(self._core.map())
+
+    def checkpoint(self) -> bytes:
+        """The film now, with all that is needed to go on to the same bytes: `simulate` takes it as ``checkpoint``.
+
+        Returns  bytes
+        Raises   nothing
+
+        >>> film = simulate("late", time_s=0.1, frames_per_second=20)
+        >>> _ = next(film), next(film)
+        >>> again = simulate("late", time_s=0.1, frames_per_second=20, checkpoint=film.checkpoint())
+        >>> bool((next(again).thickness_nm == next(film).thickness_nm).all())
+        True
+        """
+        return self._core.checkpoint()
+
+    def __repr__(self) -> str:
+        return f"<iridesce.thickness.Simulation at {self.facts['time_s']:g} s, {len(self)} frames left>"
+
+
+def simulate(
+    preset: str,
+    time_s: float = 4.0,
+    frames_per_second: float = 30.0,
+    seed: int = 1,
+    columns: int | None = None,
+    checkpoint: bytes | None = None,
+    **parameters: float,
+) -> Simulation:
+    """A soap film from its physics, frame by frame: gravity, Marangoni tension, air, evaporation, black film.
+
+    preset             one of `presets`; ``...-time-lapse`` drains 5 to 10 times faster than nature
+    time_s             time of the last frame, s, >= 0; the first is at 0
+    frames_per_second  > 0. The film's own steps divide the time between two frames evenly
+    seed               0 to 2**64 - 1: another seed, another film. The same seed gives the same bytes on any number of
+                       threads
+    columns            cells around the bubble, even; the preset's own if None, with rows to match
+    checkpoint         what `Simulation.checkpoint` gave: goes on with the frame after it. All else must be the same,
+                       except `time_s`
+    **parameters       any number of `Simulation.parameters` but ``columns`` and ``rows``, in the unit of its name;
+                       ``humidity`` (0 to 1) instead of ``evaporation_nm_s``
+    Returns            Simulation, an iterator of Frame: time in s and thickness in nm
+    Raises             ValueError naming the parameter, its value and what is allowed: an unknown preset, a negative
+                       viscosity, a radius of zero, a grid too coarse for the patches, a checkpoint of another run; while
+                       it runs, for a number that stops being one, with step, time and place
+    Source             the equations and their tests are in ``docs/guide/living-films.md``
+
+    >>> for time_s, thickness_nm in simulate("bubble-on-bath", time_s=0.05, frames_per_second=20):
+    ...     print(round(time_s, 2), thickness_nm.shape, round(float(thickness_nm.max())) > 800)
+    0.0 (96, 384) True
+    0.05 (96, 384) True
+    """
+    if preset not in _core.flow_presets():
+        raise ValueError(f"preset must be one of {', '.join(_core.flow_presets())}, got {preset!r:.60}")
+    end, rate = number("time_s", time_s), number("frames_per_second", frames_per_second)
+    if not 0.0 <= end <= _MAX_SECONDS:
+        raise ValueError(f"time_s must be from 0 to {_MAX_SECONDS:g}, got {time_s!r:.60}")
+    if not 1e-3 <= rate <= 1e6:
+        raise ValueError(f"frames_per_second must be from 0.001 to 1e6, got {frames_per_second!r:.60}")
+    if columns is not None:
+        columns = whole("columns", columns, 16, 16384)
+    changes = [(name, number(name, value)) for name, value in parameters.items()]
+    if not (checkpoint is None or isinstance(checkpoint, bytes)):
+        raise ValueError(f"checkpoint must be bytes or None, got {type(checkpoint).__name__}")
+    core = _core.Flow(preset, columns, whole("seed", seed, 0, _MAX_SEED), changes, checkpoint)
+    first = 0
+    if checkpoint is not None:
+        reached = float(core.facts()["time_s"] or 0.0)
+        first = round(reached * rate) + 1
+        if abs((first - 1) / rate - reached) > 1e-9 * max(reached, 1.0):
+            raise ValueError(
+                f"the checkpoint is at {reached:g} s, between two frames of frames_per_second {rate:g}; "
+                "give the one that it was made with"
+            )
+    return Simulation(core, end, rate, first)
+
+
+def presets() -> list[str]:
+    """Names of the films that `simulate` knows.
+
+    Returns  list of texts
+    Raises   nothing
+
+    >>> "bubble-on-bath" in presets()
+    True
+    """
+    return _core.flow_presets()

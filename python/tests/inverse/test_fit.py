@@ -1,0 +1,406 @@
+"""`ir.fit_thickness` on spectra whose thickness is known. Scores over thousands: bench/fit_scores.py, bench/fit_trials.py."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import iridesce as ir
+from iridesce.inverse import model as fit_model
+from iridesce.inverse.solve import student
+from iridesce.optics.averages import FWHM
+
+Floats = npt.NDArray[np.float64]
+
+NM = np.arange(420.0, 760.0, 1.0)
+
+
+def clean(text: str, *thickness_nm: float, nm: Floats = NM, quantity: str = "reflectance", **how: Any) -> Floats:
+    for value in thickness_nm:
+        text = text.replace("?", repr(value), 1)
+    return np.asarray(getattr(ir.Stack.parse(text), quantity)(nm, **how))
+
+
+def noisy(values: Floats, db: float = 40.0, seed: int = 1) -> Floats:
+    random = np.random.default_rng(seed)
+    return np.asarray(values + np.std(values) * 10.0 ** (-db / 20.0) * random.standard_normal(values.size))
+
+
+@pytest.mark.parametrize(
+    ("text", "thickness_nm"),
+    [
+        ("air / soap ? / air", 320.0),
+        ("air / soap ? / air", 4871.0),
+        ("air / SiO2 ? / Si", 50.0),
+        ("air / SiO2 ? / Si", 60.0),
+        ("air / SiO2 ? / Si", 1234.5),
+        ("air / Si3N4 ? / Si", 77.0),
+        ("air / TiO2 ? / Ti", 45.0),
+        ("air / TiO2 ? / Ti", 180.0),
+        ("air / SiO2 100 / TiO2 ? / N-BK7", 333.0),
+        ("air / water ? / MgF2 500 / N-SF11", 2000.0),
+    ],
+)
+def test_counts_with_unknown_gain_and_offset(text: str, thickness_nm: float) -> None:
+    counts = 31_000.0 * noisy(clean(text, thickness_nm)) + 900.0
+    result = ir.fit_thickness(NM, counts, text)
+    assert abs(result.best.thickness_nm - thickness_nm) < 1.0
+    low, high = result.best.interval_nm
+    # Eight times the half-width of 95 %: an error of sixteen standard deviations is no chance.
+    assert abs(result.best.thickness_nm - thickness_nm) < 8.0 * 0.5 * (high - low)
+    assert result.best.gain == pytest.approx(31_000.0, rel=0.05)
+    assert sum(solution.weight for solution in result) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("thickness_nm", [9_000.0, 23_456.7, 49_000.0])
+def test_thick_films_through_a_line(thickness_nm: float) -> None:
+    nm = np.arange(780.0, 900.0, 0.1)
+    stack = ir.Stack.parse(f"air / PMMA {thickness_nm} / Si")
+    measured = noisy(np.asarray(stack.reflectance_averaged(nm, resolution_nm=0.5, tolerance=1e-6).value), 30.0)
+    result = ir.fit_thickness(nm, measured, "air / PMMA ? / Si")
+    assert abs(result.best.thickness_nm - thickness_nm) < 1e-4 * thickness_nm
+    if thickness_nm > 20_000.0:  # thinner films have fringes too wide for this line to matter
+        assert result.best.resolution_nm == pytest.approx(0.5, abs=0.1)
+
+
+@pytest.mark.parametrize("thickness_nm", [5.0, 7.0, 12.0, 30.0])
+def test_thin_films_of_a_calibrated_reflectance(thickness_nm: float) -> None:
+    text = "air / SiO2 ? / Si"
+    result = ir.fit_thickness(NM, noisy(clean(text, thickness_nm), 40.0), text, gain=1.0, baseline="none")
+    low, high = result.best.interval_nm
+    assert low - (high - low) < thickness_nm < high + (high - low)
+    assert 0.0 < high - low < 1.0
+
+
+def test_intervals_hold_what_they_claim() -> None:
+    """Of 120 intervals of 68 %, the share that holds the truth is within four standard deviations (0.17) of 68 %."""
+    text, held, widths = "air / SiO2 ? / Si", 0, []
+    nm = NM[::3]
+    for seed in range(120):
+        thickness_nm = 400.0 + 3.7 * seed
+        result = ir.fit_thickness(
+            nm,
+            noisy(clean(text, thickness_nm, nm=nm), 35.0, seed),
+            text,
+            probability=0.68,
+            resolution_nm=0.0,
+            thickness_range_nm=(300.0, 1000.0),
+        )
+        low, high = result.best.interval_nm
+        held += low <= thickness_nm <= high
+        widths.append(high - low)
+    assert 0.51 < held / 120.0 < 0.85
+    assert max(widths) < 1.0
+
+
+def test_noise_that_is_known_sets_the_interval() -> None:
+    """Ten times the noise, ten times the interval; Student's factor grows with the probability."""
+    text = "air / soap ? / air"
+    values = clean(text, 640.0)
+    widths = []
+    for size in (1e-5, 1e-4):
+        result = ir.fit_thickness(NM, values, text, noise=size, gain=1.0, baseline="none", resolution_nm=0.0)
+        widths.append(np.ptp(result.best.interval_nm))
+        assert result.noise == pytest.approx(size, rel=1e-12)
+    assert widths[1] == pytest.approx(10.0 * widths[0], rel=0.05)
+    slopes = ir.Stack.parse("air / soap 640 / air").derivatives("reflectance", NM).thickness_nm[..., 0]
+    wanted = 2.0 * student(0.95, NM.size - 1) * 1e-5 / np.sqrt(np.sum(slopes**2))
+    assert widths[0] == pytest.approx(wanted, rel=0.03)
+    assert student(0.95, 10.0) == pytest.approx(2.228139, abs=3e-5)  # Abramowitz & Stegun, table 26.10
+
+
+def test_all_plausible_solutions_are_told() -> None:
+    """Three points a fringe and much noise: neighbours in order are as good as the right one."""
+    text = "air / PMMA ? / Si"
+    nm = np.linspace(600.0, 640.0, 90)
+    values = noisy(clean(text, 3000.0, nm=nm), 12.0, seed=3)
+    result = ir.fit_thickness(nm, values, text, thickness_range_nm=(1000.0, 6000.0))
+    assert len(result) >= 3
+    order_nm = 620.0 / (2.0 * 1.49)
+    assert min(abs(solution.thickness_nm - 3000.0) for solution in result) < 0.2 * order_nm
+    assert all(solution.weight >= 0.0 for solution in result)
+    weights = [solution.weight for solution in result]
+    assert weights == sorted(weights, reverse=True)
+    # More light tells them apart.
+    assert len(ir.fit_thickness(nm, noisy(clean(text, 3000.0, nm=nm), 55.0), text)) == 1
+
+
+def test_two_thicknesses() -> None:
+    text = "air / SiO2 ? / Si3N4 ? / Si"
+    result = ir.fit_thickness(NM, noisy(clean(text, 210.0, 95.0)), text, gain=1.0, thickness_range_nm=(20.0, 400.0))
+    assert np.abs(np.array(result.best.thickness_nm) - [210.0, 95.0]).max() < 1.0
+    assert len(result.best.interval_nm) == 2
+    by_name = ir.fit_thickness(
+        NM,
+        noisy(clean(text, 210.0, 95.0)),
+        ir.Stack.parse("air / SiO2 1 / Si3N4 1 / Si"),
+        layer=["SiO2", "Si3N4"],
+        gain=1.0,
+        thickness_range_nm=(20.0, 400.0),
+    )
+    assert by_name.best.thickness_nm == pytest.approx(result.best.thickness_nm, abs=1e-3)
+
+
+def test_one_index_and_cauchy() -> None:
+    nm = np.arange(420.0, 900.0, 1.0)
+    film = ir.Stack([1.0, ir.Layer(1.62, 812.0), "Si"])
+    values = noisy(np.asarray(film.reflectance(nm)), 45.0)
+    result = ir.fit_thickness(nm, values, [1.0, 1.5, "Si"], gain=1.0, index="constant")
+    assert result.best.thickness_nm == pytest.approx(812.0, abs=1.0)
+    assert result.best.index[1]["n"] == pytest.approx(1.62, abs=0.003)
+    assert 0.0 < result.best.index[1]["n_sd"] < 0.01
+
+    n = 1.58 + 9e-3 * (1e3 / nm) ** 2
+    values = np.array([ir.Stack([1.0, ir.Layer(a, 812.0), "Si"]).reflectance(b) for a, b in zip(n, nm, strict=True)])
+    result = ir.fit_thickness(nm, noisy(values, 50.0), [1.0, 1.5, "Si"], gain=1.0, baseline="none", index="cauchy")
+    assert result.best.thickness_nm == pytest.approx(812.0, abs=3.0)
+    found = result.best.index[1]
+    assert found["A"] == pytest.approx(1.58, abs=0.006) and found["B_um2"] == pytest.approx(9e-3, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "polarization"), [("reflectance", "s"), ("reflectance", "p"), ("transmittance", "unpolarized")]
+)
+def test_at_an_angle(quantity: str, polarization: str) -> None:
+    text, how = "air / Ta2O5 ? / N-BK7", {"angle_deg": 50.0, "polarization": polarization}
+    values = noisy(clean(text, 777.0, quantity=quantity, **how))
+    result = ir.fit_thickness(NM, values, text, quantity=quantity, **how)
+    assert result.best.thickness_nm == pytest.approx(777.0, abs=1.0)
+
+
+def test_a_slab_that_is_too_thick_to_interfere() -> None:
+    text = "air / Ta2O5 ? / N-BK7 1e6 incoherent / air"
+    result = ir.fit_thickness(NM, noisy(clean(text, 512.0)), text)
+    assert result.best.thickness_nm == pytest.approx(512.0, abs=1.0)
+
+
+# --- what real spectra have
+
+
+def test_spikes_gaps_and_disorder_are_put_right_and_told() -> None:
+    text = "air / SiO2 ? / Si"
+    values = noisy(clean(text, 900.0))
+    nm, values = NM.copy(), values.copy()
+    values[[30, 170]] += 5.0
+    values[200:204] = np.nan
+    shuffled = np.random.default_rng(1).permutation(nm.size)
+    nm, values = np.r_[nm[shuffled], nm[10]], np.r_[values[shuffled], values[10]]
+    before = nm.copy(), values.copy()
+    result = ir.fit_thickness(nm, values, text)
+    assert result.best.thickness_nm == pytest.approx(900.0, abs=0.5)
+    words = " ".join(result.notes)
+    assert "4 of 341 points dropped" in words and "spikes" in words and "sorted" in words and "repeated" in words
+    np.testing.assert_array_equal(nm, before[0])
+    np.testing.assert_array_equal(values, before[1])
+
+
+@pytest.mark.parametrize("text", ["air / SiO2 ? / Si", "air / PMMA ? / N-BK7"])
+def test_a_lamp_that_drifted(text: str) -> None:
+    """An even gain fails; a bent one is taken, and the result says so."""
+    nm = np.arange(470.0, 1000.0, 1.0)
+    x = np.linspace(-1.0, 1.0, nm.size)
+    values = noisy(clean(text, 2500.0, nm=nm), 35.0) * (1.0 + 0.1 * x - 0.2 * x**2)
+    result = ir.fit_thickness(nm, values, text)
+    assert result.best.thickness_nm == pytest.approx(2500.0, abs=3.0)
+    assert any("even gain does not fit" in note for note in result.notes)
+    told = ir.fit_thickness(nm, values, text, gain="quadratic", baseline="quadratic")
+    assert told.best.thickness_nm == pytest.approx(2500.0, abs=3.0)
+    assert told.best.gain_bend < 0.0 < told.best.gain_slope
+    assert not any("even gain" in note for note in told.notes)
+
+
+@pytest.mark.parametrize("thickness_nm", [2500.0, 6000.0, 20_000.0])
+def test_counts_that_were_not_divided_by_the_lamp(thickness_nm: float) -> None:
+    """A halogen lamp's bell over the fringes: they are found, and the notes say what was done."""
+    nm = np.arange(470.0, 1000.0, 0.4)
+    lamp = np.exp(-(((nm - 680.0) / 170.0) ** 2))
+    random = np.random.default_rng(4)
+    counts = (
+        4e4 * lamp * clean("air / PMMA ? / Si", thickness_nm, nm=nm) + 300.0 + 20.0 * random.standard_normal(nm.size)
+    )
+    result = ir.fit_thickness(nm, counts, "air / PMMA ? / Si")
+    assert result.best.thickness_nm == pytest.approx(thickness_nm, rel=2e-3)
+    assert any("divided by its own smooth course" in note or "even gain" in note for note in result.notes)
+
+
+def test_a_lamp_alone_has_no_fringes() -> None:
+    nm = np.arange(470.0, 1000.0, 0.4)
+    counts = 4e4 * np.exp(-(((nm - 680.0) / 170.0) ** 2)) + 20.0 * np.random.default_rng(4).standard_normal(nm.size)
+    result = ir.fit_thickness(nm, counts, "air / PMMA ? / Si")
+    assert result.best.chi2 > 1e3
+    assert any("something smooth is left" in note for note in result.notes)
+
+
+def test_noisy_ends_count_less() -> None:
+    random = np.random.default_rng(5)
+    values = clean("air / SiO2 ? / Si", 700.0)
+    sd = np.std(values) * 0.01 * (1.0 + 60.0 * np.abs(np.linspace(-1.0, 1.0, NM.size)) ** 8)
+    result = ir.fit_thickness(NM, values + sd * random.standard_normal(NM.size), "air / SiO2 ? / Si")
+    assert result.best.thickness_nm == pytest.approx(700.0, abs=0.5)
+    assert result.weight[[0, -1]].max() < 0.2 * result.weight.max()
+    assert any("uneven" in note for note in result.notes)
+
+
+def test_wavelengths_that_a_medium_does_not_know_are_dropped_and_told() -> None:
+    nm = np.arange(380.0, 1100.0, 1.0)
+    known = (nm >= 436.8) & (nm <= 1052.0)
+    values = np.full(nm.size, 0.2)
+    values[known] = noisy(clean("air / PMMA ? / Si", 1500.0, nm=nm[known]))
+    result = ir.fit_thickness(nm, values, "air / PMMA ? / Si")
+    assert result.best.thickness_nm == pytest.approx(1500.0, abs=0.5)
+    assert any('"PMMA" has no data there' in note for note in result.notes)
+    with pytest.raises(ValueError, match=r'"PMMA" has data for 436\.8-1052 nm'):
+        ir.fit_thickness(nm + 2000.0, values, "air / PMMA ? / air")
+
+
+def test_another_stack_is_doubted() -> None:
+    """Fringes of a film on silicon cannot be those of a soap film with a known gain."""
+    result = ir.fit_thickness(NM, clean("air / SiO2 ? / Si", 900.0), "air / soap ? / air", gain=1.0, baseline="none")
+    assert result.best.chi2 > 10.0
+    assert any("doubt the stack" in note or "another stack" in note for note in result.notes)
+
+
+def test_no_fringes_are_no_answer() -> None:
+    random = np.random.default_rng(2)
+    flat = 0.04 + 1e-4 * random.standard_normal(NM.size)
+    with pytest.raises(ValueError, match=r"no fringes above its noise.*gain=1\.0"):
+        ir.fit_thickness(NM, flat, "air / soap ? / air")
+    slope = 0.04 + 1e-4 * (NM - 500.0) + 1e-4 * random.standard_normal(NM.size)
+    result = ir.fit_thickness(NM, slope, "air / soap ? / air")
+    assert any("a parabola describes the spectrum better" in note for note in result.notes)
+    with pytest.raises(ValueError, match="does not vary"):
+        ir.fit_thickness(NM, np.full(NM.size, 0.3), "air / soap ? / air")
+
+
+# --- arguments
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"stack": 5}, "stack must be"),
+        ({"stack": "air / air"}, "no layer"),
+        ({"stack": "air / soap 100 / water 100 / air"}, "2 coherent layers"),
+        ({"stack": "air / soap ? incoherent / air"}, "incoherent"),
+        ({"stack": ir.Stack(["air", ir.Layer("soap", np.array([1.0, 2.0])), "air"])}, "one thickness a layer"),
+        ({"layer": 2}, "layer must be 1 to 1"),
+        ({"layer": "water"}, "names of|name of"),
+        ({"quantity": "absorptance"}, "quantity"),
+        ({"polarization": "x"}, "polarization"),
+        ({"angle_deg": 90.0}, "angle_deg"),
+        ({"angle_deg": [1.0, 2.0]}, "one number"),
+        ({"gain": 0.0}, "gain must be"),
+        ({"gain": -1.0}, "gain"),
+        ({"gain": "bent"}, "gain"),
+        ({"gain": np.nan}, "gain"),
+        ({"baseline": "cubic"}, "baseline"),
+        ({"resolution_nm": -1.0}, "resolution_nm"),
+        ({"resolution_nm": np.inf}, "resolution_nm"),
+        ({"index": "sellmeier"}, "index must be"),
+        ({"index": {2: "constant"}}, "layer must be"),
+        ({"noise": -1.0}, "no usable point"),
+        ({"noise": [1.0, 2.0]}, "noise must be one number"),
+        ({"probability": 0.0}, "probability"),
+        ({"probability": 1.0}, "probability"),
+        ({"thickness_range_nm": (5.0, 5.0)}, "low < high"),
+        ({"thickness_range_nm": (-5.0, 5.0)}, "low < high"),
+        ({"thickness_range_nm": (1.0, 1e9)}, "1e6"),
+        ({"thickness_range_nm": "thin"}, "thickness_range_nm"),
+        ({"thickness_range_nm": (1.0, 2.0, 3.0)}, "thickness_range_nm"),
+        ({"wavelength_nm": NM[:-1]}, "one length"),
+        ({"wavelength_nm": NM[:5], "measured": NM[:5]}, "too few"),
+        ({"wavelength_nm": [], "measured": []}, "no usable point"),
+        ({"wavelength_nm": -NM}, "no usable point"),
+        ({"measured": np.full(NM.size, np.nan)}, "no usable point"),
+        ({"measured": NM.reshape(10, -1)}, "along one axis"),
+        ({"measured": NM + 1j}, "real numbers"),
+        ({"measured": ["a"] * NM.size}, "must be numbers"),
+        ({"measured": None}, "measured"),
+        ({"wavelength_nm": np.full(NM.size, 550.0)}, "too few"),
+    ],
+)
+def test_arguments_are_refused_in_words(change: dict[str, Any], words: str) -> None:
+    arguments: dict[str, Any] = {"wavelength_nm": NM, "measured": clean("air / soap ? / air", 300.0)}
+    arguments = {**arguments, "stack": "air / soap ? / air", **change}
+    with pytest.raises(ValueError, match=words):
+        ir.fit_thickness(**arguments)
+
+
+@pytest.mark.parametrize("scale", [1e-290, 1e-30, 1e30, 1e290])
+def test_sizes_of_the_unit_do_not_matter(scale: float) -> None:
+    values = noisy(clean("air / soap ? / air", 700.0))
+    result = ir.fit_thickness(NM, scale * values, "air / soap ? / air")
+    assert result.best.thickness_nm == pytest.approx(700.0, abs=0.5)
+
+
+# --- what it answers
+
+
+def test_answers_are_plain_values() -> None:
+    values = noisy(clean("air / soap ? / air", 700.0))
+    result = ir.fit_thickness(NM, values, "air / soap ? / air")
+    told = json.loads(json.dumps(result.to_dict()))
+    assert told["solutions"][0]["thickness_nm"] == result.best.thickness_nm
+    assert result[0] is result.best and result[:1] == (result.best,) and list(result) == list(result.solutions)
+    assert "700" in str(result) or "699" in str(result)
+    assert "95 %" in str(result)
+    best = result.best
+    np.testing.assert_allclose(best.misfit, np.sqrt(np.mean((result.measured - best.fitted) ** 2)), rtol=1e-12)
+
+
+def test_plot_shows_data_and_every_curve() -> None:
+    import matplotlib.pyplot as plt
+
+    nm = np.linspace(600.0, 640.0, 90)
+    values = noisy(clean("air / PMMA ? / Si", 3000.0, nm=nm), 12.0, seed=3)
+    result = ir.fit_thickness(nm, values, "air / PMMA ? / Si", thickness_range_nm=(1000.0, 6000.0))
+    ax = result.plot(title="a film", theme="dark")
+    curves = [line for line in ax.get_lines() if line.get_gid() == "fitted"]
+    points = [line for line in ax.get_lines() if line.get_gid() == "measured"]
+    assert len(curves) == min(len(result), 5) and len(points) == 1
+    np.testing.assert_array_equal(np.asarray(points[0].get_ydata()), result.measured)
+    np.testing.assert_array_equal(np.asarray(curves[0].get_ydata()), result.best.fitted)
+    assert f"{len(result) - 1} more plausible solution" in " ".join(
+        text.get_text() for text in ax.figure.findobj(plt.Text)
+    )
+    plt.close(ax.figure)
+
+
+# --- the models' derivatives, which the least squares steer by
+
+
+@pytest.mark.parametrize(
+    ("text", "index", "parameters"),
+    [
+        ("air / soap ? / air", None, [700.0, 1.2]),
+        ("air / SiO2 ? / Si", None, [1500.0, 2.0]),
+        ("air / SiO2 ? / Si", "cauchy", [600.0, 1.45, 4e-3, 1.5]),
+        ("air / TiO2 ? / Ti", "constant", [120.0, 2.3, 0.8]),
+        ("air / SiO2 ? / Si3N4 ? / Si", None, [210.0, 95.0, 0.7]),
+        ("air / Ta2O5 ? / N-BK7 1e6 incoherent / air", None, [300.0, 0.5]),
+    ],
+)
+def test_derivatives_of_the_models(text: str, index: str | None, parameters: list[float]) -> None:
+    nm = np.linspace(500.0, 700.0, 9)
+    problem = fit_model.read_problem(text, None, index, "reflectance", 30.0, "unpolarized")
+    of = fit_model.harmonics(problem, nm)
+    models = [fit_model.GeneralModel(problem, nm)]
+    models += [] if of is None else [fit_model.HarmonicModel(of)]  # type: ignore[list-item]
+    start = np.array(parameters)
+    start[-1] = (start[-1] / FWHM) ** 2
+    for model in models:
+        _, slopes = model.both(start)
+        for place in range(start.size - (model is models[0])):
+            step = np.zeros(start.size)
+            step[place] = 1e-4 * max(abs(start[place]), 1e-3)
+            difference = (model.value(start + step) - model.value(start - step)) / (2.0 * step[place])
+            np.testing.assert_allclose(slopes[:, place], difference, rtol=2e-5, atol=2e-6 * np.abs(difference).max())
+    if len(models) == 2:
+        # Two roads to one spectrum: the harmonics to second order of the line, and the average itself.
+        np.testing.assert_allclose(
+            models[0].value(start), models[1].value(start), atol=2e-4 * np.ptp(models[0].value(start))
+        )

@@ -1,0 +1,346 @@
+"""Films that flow, as users meet them: frames, scenes, the verb; the laws are tested in Rust (``docs/guide/living-films.md``)."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import iridesce as ir
+from iridesce.thickness import ThicknessMap, flow, presets, simulate
+
+# A bare film is coarse and quick; patches would want a finer grid.
+QUICK: dict[str, Any] = {"columns": 64, "regeneration": 0.0}
+
+
+def test_frames_come_at_their_times() -> None:
+    film = simulate("bubble-on-bath", time_s=0.1, frames_per_second=30, **QUICK)
+    frames = list(film)
+    assert [frame.time_s for frame in frames] == [0.0, 1 / 30, 2 / 30, 0.1]
+    assert all(frame.thickness_nm.shape == (16, 64) and frame.thickness_nm.dtype == np.float64 for frame in frames)
+    edges = np.cos(np.linspace(0.0, np.pi / 2, 17))
+    mean = np.average(frames[0].thickness_nm.mean(axis=1), weights=edges[:-1] - edges[1:])
+    assert mean == pytest.approx(450.0, rel=1e-12)
+    assert not np.array_equal(frames[0].thickness_nm, frames[-1].thickness_nm)
+    assert film.facts["step"] == 21  # seven steps of at most 5 ms in each thirtieth of a second
+
+
+def test_seeds_and_repeats() -> None:
+    def last(seed: int) -> Any:
+        return list(simulate("free-bubble", time_s=0.05, frames_per_second=20, seed=seed, **QUICK))[-1].thickness_nm
+
+    assert np.array_equal(last(3), last(3))
+    assert not np.array_equal(last(3), last(4))
+
+
+def test_a_checkpoint_goes_on_to_the_same_bytes() -> None:
+    straight = simulate("late", time_s=0.2, frames_per_second=20, **QUICK)
+    frames = list(straight)
+    stopped = simulate("late", time_s=0.1, frames_per_second=20, **QUICK)
+    list(stopped)
+    resumed = simulate("late", time_s=0.2, frames_per_second=20, checkpoint=stopped.checkpoint(), **QUICK)
+    rest = list(resumed)
+    assert [frame.time_s for frame in rest] == [frame.time_s for frame in frames[3:]]
+    assert np.array_equal(rest[-1].thickness_nm, frames[-1].thickness_nm)
+    assert resumed.checkpoint() == straight.checkpoint()
+
+
+def test_liquid_is_booked() -> None:
+    film = simulate("late", time_s=0.5, frames_per_second=4, columns=192, patch_m=4e-3, regeneration=0.5)
+    list(film)
+    facts = film.facts
+    ways = [facts[f"{way}_m3"] for way in ("evaporated", "swallowed", "blackened", "drained")]
+    assert all(way is not None and way > 0.0 for way in ways)
+    total = sum(way or 0.0 for way in ways) + (facts["volume_m3"] or 0.0)
+    assert abs(total / (facts["start_m3"] or 1.0) - 1.0) < 1e-12
+
+
+def test_parameters_are_what_was_asked() -> None:
+    film = simulate("bubble-on-bath", radius_m=0.03, viscosity_pa_s=2e-3, humidity=0.5)
+    assert film.parameters["radius_m"] == 0.03
+    assert film.parameters["viscosity_pa_s"] == 2e-3
+    # Vapour diffuses from the outer face: D c (1 - RH) / (rho R).
+    assert film.parameters["evaporation_nm_s"] == pytest.approx(2.5e-5 * 17.3e-3 * 0.5 / (1000 * 0.03) * 1e9)
+    for name in presets():
+        assert simulate(name).parameters["thickness_nm"] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "part"),
+    [
+        ({"viscosity_pa_s": -1.0}, "viscosity_pa_s must be a finite number > 0, got -1.0"),
+        ({"radius_m": 0.0}, "radius_m must be a finite number > 0"),
+        ({"radius_m": float("nan")}, "radius_m must be"),
+        ({"viscosity": 1.0}, "viscosity_pa_s"),
+        ({"columns": 64}, "columns must be at least 316"),
+        ({"columns": 401}, "even"),
+        ({"columns": 0}, "columns must be a whole number"),
+        ({"columns": 16384}, "cells"),
+        ({"seed": -1}, "seed must be"),
+        ({"seed": True}, "seed must be"),
+        ({"time_s": -1.0}, "time_s"),
+        ({"time_s": "4"}, "time_s must be a number"),
+        ({"frames_per_second": 0.0}, "frames_per_second"),
+        ({"humidity": 1.5}, "humidity"),
+        ({"checkpoint": b"no"}, "checkpoint is not one of iridesce"),
+        ({"checkpoint": "no"}, "checkpoint must be bytes"),
+        ({"black_nm": 100.0}, "black_nm must not exceed"),
+    ],
+)
+def test_impossible_films_are_refused(changes: dict[str, Any], part: str) -> None:
+    with pytest.raises(ValueError, match=part):
+        simulate("bubble-on-bath", **changes)
+
+
+def test_unknown_presets_name_the_known() -> None:
+    for refused in (lambda: simulate("soup"), lambda: flow("soup", 1.0)):
+        with pytest.raises(ValueError, match="bubble-on-bath"):
+            refused()
+
+
+def test_checkpoints_of_other_runs_are_refused() -> None:
+    film = simulate("late", time_s=0.05, frames_per_second=20, **QUICK)
+    list(film)
+    content = film.checkpoint()
+    with pytest.raises(ValueError, match=r"viscosity_pa_s 0\.0015, not viscosity_pa_s 0\.002"):
+        simulate("late", checkpoint=content, viscosity_pa_s=2e-3, **QUICK)
+    with pytest.raises(ValueError, match="seed 1, not seed 2"):
+        simulate("late", checkpoint=content, seed=2, **QUICK)
+    with pytest.raises(ValueError, match="between two frames"):
+        simulate("late", checkpoint=content, frames_per_second=30, **QUICK)
+    for damaged in (content[:-1], content[: len(content) // 2], content[:100] + b"\xff" + content[101:]):
+        with pytest.raises(ValueError, match="cut short or damaged"):
+            simulate("late", checkpoint=damaged, **QUICK)
+
+
+def test_scenes_take_films_that_flow() -> None:
+    bubble = ir.Scene.load("soap-bubble")
+    key = "object.bubble.surface.film.thickness_nm"
+    scene = bubble.with_value(key, {"flow": {"preset": "free-bubble", "time_s": 0.02}})
+    written = scene.to_dict()["object"][0]["surface"]["film"]["thickness_nm"]
+    assert written == {"flow": {"preset": "free-bubble", "time_s": 0.02, "seed": 1, "columns": 384}}
+    assert bubble.with_value(key, flow("free-bubble", 0.02)).to_dict() == scene.to_dict()
+    assert bubble.with_value(f"{key}.flow.columns", 304).to_dict() == (
+        bubble.with_value(key, flow("free-bubble", 0.8, columns=304)).to_dict()
+    )
+    image = ir.render(scene, samples=1, size=(24, 24))
+    seen = image.channels["thickness_nm"]
+    expected = flow("free-bubble", 0.02).map(384, 192).thickness_nm
+    assert np.nanmin(seen) > expected.min() - 1.0 and np.nanmax(seen) < expected.max() + 1.0
+    assert np.nanstd(seen) > 20.0
+    for bad, part in [
+        ({"preset": "soup", "time_s": 1.0}, "preset must be one of"),
+        ({"preset": "late"}, "time_s"),
+        ({"preset": "late", "time_s": -1.0}, "time_s"),
+        ({"preset": "late", "time_s": 1.0, "sed": 1}, "seed"),
+        ({"preset": "late", "time_s": 1.0, "columns": 17.5}, "columns must be a whole number from 16 to 16384"),
+        ({"preset": "late", "time_s": 1.0, "columns": 33}, "columns must be even"),
+        ({"preset": "late", "time_s": 1.0, "columns": 32}, "columns"),
+    ]:
+        with pytest.raises(ir.SceneError, match=part):
+            bubble.with_value(key, {"flow": bad})
+
+
+def test_a_dome_lies_on_its_cap_as_on_its_sphere() -> None:
+    thickness_nm = {"flow": {"preset": "bubble-on-bath", "time_s": 0.0}}
+    camera = {"position": [0.0, 6.0, 9.0], "target": [0.0, 1.0, 0.0], "resolution": [40, 40]}
+    seen = []
+    for shape in (
+        {"sphere": {"center": [0.0, 0.0, 0.0], "radius": 2.0}},
+        {"cap": {"center": [0, 2, 0], "axis": [0, 1, 0], "radius_of_curvature": 2.0, "aperture_radius": 2.0}},
+    ):
+        film = {"name": "film", "shape": shape, "surface": {"film": {"thickness_nm": thickness_nm}}}
+        light = [{"environment": {"illuminant": "D65"}}]
+        image = ir.render({"version": 1, "camera": camera, "object": [film], "light": light}, samples=1)
+        seen.append(image.channels["thickness_nm"][:20])  # above the rim
+    both = np.isfinite(seen[0]) & np.isfinite(seen[1])
+    assert both.sum() > 100
+    assert np.abs(seen[0] - seen[1])[both].max() < 0.01
+
+
+# Each kept film against the one that flows now: (preset, time in s, columns, rows).
+STORED = [("free-bubble", 0.8), ("bubble-on-bath", 4.0), ("vertical-film", 4.0)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("preset", "time_s"), STORED)
+def test_films_that_come_with_the_program_are_what_their_presets_give(preset: str, time_s: float) -> None:
+    film = simulate(preset, time_s=time_s, frames_per_second=200.0)
+    grid = [frame.thickness_nm for frame in film][-1]
+    rows, columns = film.map().thickness_nm.shape
+    kept = flow(preset, time_s).map(columns, rows).thickness_nm
+    # Rounded to 0.1 nm, and a film that stirs itself for seconds keeps of another machine's last digits what it likes.
+    off = np.abs(kept - film.map().thickness_nm)
+    assert np.median(off) <= 0.051 and np.percentile(off, 99.0) < 0.5, (np.median(off), off.max())
+    assert grid.std() > 50.0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_a_scene_whose_film_flows_for_long_can_be_stopped(tmp_path: Path) -> None:
+    change = "import iridesce as ir; ir.Scene.load('soap-bubble').with_value("
+    change += "'object.bubble.surface.film.thickness_nm.flow.time_s', 600.0)"
+    words = [sys.executable, "-c", f"import sys; print('on', flush=True); {change}"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None and process.stdout.readline() == "on\n"
+        time.sleep(2.0)
+        os.kill(process.pid, signal.SIGINT)
+        try:
+            _, said = process.communicate(timeout=30)
+        finally:
+            process.kill()
+    assert "KeyboardInterrupt" in said and process.returncode != 0
+
+
+def iridesce(*words: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "iridesce", *words]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=300)
+
+
+WORDS = ("flow", "late", "--fps", "20", "--columns", "64", "--set", "regeneration=0.0")
+
+
+def test_the_verb_writes_frames_and_goes_on(tmp_path: Path) -> None:
+    straight = iridesce(*WORDS, "--time", "0.2", "-o", "one", folder=tmp_path)
+    assert straight.returncode == 0, straight.stderr
+    assert sorted(path.name for path in (tmp_path / "one").glob("frame_*")) == [f"frame_{k:05d}.tif" for k in range(5)]
+    first = ThicknessMap.load(tmp_path / "one" / "frame_00000.tif")
+    assert (first.width, first.height) == (64, 32)
+    assert 200.0 < first.thickness_nm.mean() < 300.0
+    assert iridesce(*WORDS, "--time", "0.1", "-o", "two", folder=tmp_path).returncode == 0
+    again = iridesce(*WORDS, "--time", "0.2", "-o", "two", folder=tmp_path)
+    assert again.returncode == 3 and "--resume" in again.stderr
+    resumed = iridesce(*WORDS, "--time", "0.2", "-o", "two", "--resume", "--json", folder=tmp_path)
+    assert resumed.returncode == 0, resumed.stderr
+    assert [Path(name).name for name in json.loads(resumed.stdout)["files"]] == ["frame_00003.tif", "frame_00004.tif"]
+    for path in (tmp_path / "one").iterdir():
+        assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes(), path.name
+
+
+def test_the_verb_refuses_what_cannot_be(tmp_path: Path) -> None:
+    assert iridesce(*WORDS, "--time", "0.05", "-o", "run", folder=tmp_path).returncode == 0
+    for words, code, part in [
+        (("flow", "late", "--time", "1", "-o", "run", "--resume"), 3, "fps 20.0, not 30.0"),
+        (("flow", "late", "--time", "1", "-o", "none", "--resume"), 3, "no run to resume"),
+        (("flow", "soup", "--time", "1", "-o", "soup"), 3, "preset must be one of"),
+        (("flow", "late", "--time", "1"), 2, "-o"),
+        (("flow", "late", "--set", "viscosity_pa_s=-1", "-o", "thin"), 3, "viscosity_pa_s"),
+        (("flow", "late", "--set", "viscosity_pa_s=x", "-o", "thin"), 3, "viscosity_pa_s"),
+        (("flow", "late", "--format", "jpg", "-o", "jpg"), 2, "tif"),
+    ]:
+        done = iridesce(*words, folder=tmp_path)
+        assert done.returncode == code, (words, done.stderr)
+        assert part in done.stderr, done.stderr
+        assert "Traceback" not in done.stderr
+    (tmp_path / "run" / "checkpoint.irflow").write_bytes(b"rubbish")
+    broken = iridesce(*WORDS, "--time", "0.1", "-o", "run", "--resume", folder=tmp_path)
+    assert broken.returncode == 3 and "checkpoint" in broken.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["run"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of files")
+def test_a_disk_that_fills_loses_nothing(tmp_path: Path) -> None:
+    import resource
+
+    assert iridesce(*WORDS, "--time", "0.2", "-o", "one", folder=tmp_path).returncode == 0
+    assert iridesce(*WORDS, "--time", "0.1", "-o", "two", folder=tmp_path).returncode == 0
+    before = {path.name: path.read_bytes() for path in (tmp_path / "two").iterdir()}
+    # Room for a frame, but not for the checkpoint after it: what is written past the limit fails as on a full disk.
+    frame, checkpoint = len(before["frame_00000.tif"]), len(before["checkpoint.irflow"])
+    limit = (frame + checkpoint) // 2
+    assert frame < limit < checkpoint
+    full = subprocess.run(
+        [sys.executable, "-m", "iridesce", *WORDS, "--time", "0.2", "-o", "two", "--resume"],
+        cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+    )  # fmt: skip
+    assert full.returncode == 1, full.stderr
+    assert "two/checkpoint.irflow" in full.stderr and "Traceback" not in full.stderr
+    after = {path.name: path.read_bytes() for path in (tmp_path / "two").iterdir()}
+    assert {name: after[name] for name in before} == before
+    assert set(after) - set(before) <= {"frame_00003.tif"}
+    # With room again it goes on to the same bytes.
+    assert iridesce(*WORDS, "--time", "0.2", "-o", "two", "--resume", folder=tmp_path).returncode == 0
+    for path in (tmp_path / "one").iterdir():
+        assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes(), path.name
+
+
+def test_a_film_that_bursts_ends_its_run(tmp_path: Path) -> None:
+    words = (*WORDS, "--set", "evaporation_nm_s=500", "--set", "rupture_nm=60", "--set", "noise=0")
+    words = (*words, "--set", "spots_per_m2_s=0", "--time", "2")
+    done = iridesce(*words, "--json", "-o", "run", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    facts = json.loads(done.stdout)
+    # 260 nm less 200 nm at 500 nm/s, to a step.
+    assert facts["ruptured_s"] == pytest.approx(0.4, abs=0.0101)
+    assert f"the film burst at {facts['ruptured_s']:g} s" in done.stderr
+    assert len(facts["files"]) == len(list((tmp_path / "run").glob("frame_*.tif"))) == 9
+    again = iridesce(*words, "--resume", "-o", "run", folder=tmp_path)
+    assert again.returncode == 0 and "0 frames" in again.stderr
+    assert len(list((tmp_path / "run").glob("frame_*.tif"))) == 9
+
+
+def test_long_steps_are_divided_or_refused() -> None:
+    # Steps of a tenth of a second take sub-steps and stay in range.
+    film = simulate("free-bubble", time_s=0.5, frames_per_second=10, step_s=0.1, **QUICK)
+    frames = list(film)
+    assert (film.facts["substeps"] or 0) > 1 and film.facts["step"] == 5
+    assert all(frame.thickness_nm.min() > 0.0 and frame.thickness_nm.max() < 2000.0 for frame in frames)
+    hurricane = simulate("free-bubble", time_s=100.0, frames_per_second=0.02, step_s=50.0, wind_m_s=100.0, **QUICK)
+    next(hurricane)
+    with pytest.raises(
+        ValueError,
+        match=r"^step_s, 50 s, is too long at step 2, 50 s: \d+ sub-steps would be needed, 400 are allowed$",
+    ):
+        list(hurricane)
+    # What there was before is still there.
+    assert hurricane.facts["time_s"] == 50.0
+
+
+def test_frames_that_lean_and_are_shaken() -> None:
+    plane: dict[str, Any] = {"time_s": 0.1, "frames_per_second": 10, **QUICK}
+    upright, leaning, shaken = (
+        list(simulate("vertical-film", **plane, **change))[-1].thickness_nm
+        for change in ({}, {"tilt_deg": 60.0}, {"shake_m_s2": 5.0, "shake_hz": 4.0})
+    )
+    assert np.abs(upright - leaning).max() > 5.0 and np.abs(upright - shaken).max() > 5.0
+    for preset, changes, part in [
+        ("vertical-film", {"tilt_deg": 91.0}, r"tilt_deg must be from 0 \(vertical\) to 90 \(level\), got 91\.0"),
+        ("vertical-film", {"shake_hz": 0.0}, r"shake_hz must be a finite number > 0, got 0\.0"),
+        ("late", {"tilt_deg": 5.0}, r"tilt_deg must be 0 for a bubble, which has no frame, got 5\.0"),
+    ]:
+        with pytest.raises(ValueError, match=part):
+            simulate(preset, **changes)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_ctrl_c_leaves_whole_files_and_a_run_to_resume(tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "iridesce", "flow", "late", "--time", "60", "-o", "run"]
+    with subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
+        place = tmp_path / "run" / "checkpoint.irflow"
+        until = time.monotonic() + 60
+        while not place.exists() and time.monotonic() < until:
+            time.sleep(0.05)
+        os.kill(process.pid, signal.SIGINT)
+        try:
+            _, said = process.communicate(timeout=60)
+        finally:
+            process.kill()  # nothing, if it has ended
+    assert process.returncode == 130, said
+    assert "--resume" in said and "Traceback" not in said
+    frames = sorted((tmp_path / "run").glob("frame_*.tif"))
+    assert frames and all(ThicknessMap.load(path).width == 384 for path in frames)
+    assert not list((tmp_path / "run").glob(".*"))
+
+
+def test_lists(tmp_path: Path) -> None:
+    assert iridesce("flow", "--list", folder=tmp_path).stdout.split() == presets()
+    listed = json.loads(iridesce("flow", "late", "--list", "--json", folder=tmp_path).stdout)
+    assert listed["thickness_nm"] == 260.0 and listed["surfactant_exchange_s"] == "inf"
