@@ -77,7 +77,7 @@ impl MapLookup {
     }
 }
 
-/// Columns and rows of the grid by which matt surfaces look for light: 1.4 degrees.
+/// Columns and rows of the grid by which diffuse surfaces look for light: 1.4 degrees.
 const GRID: [usize; 2] = [256, 128];
 
 /// Draws directions in proportion to the luminance of the maps, all added up.

@@ -3,23 +3,23 @@
 pub mod framebuffer;
 pub mod image;
 
-mod bodies;
 mod camera;
 mod coating;
 mod complex;
+mod enclosing;
 mod environment;
+mod failure;
 mod film;
 mod geometry;
 mod integrator;
 mod lanes;
 mod lights;
-mod media;
+mod medium_stack;
 mod prepare;
 mod refraction;
 mod render;
 mod sampler;
 mod spectral;
-mod trouble;
 mod vector;
 
 pub use framebuffer::{Framebuffer, Progress, RenderError, RenderInfo, RenderOptions};

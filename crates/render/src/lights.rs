@@ -25,16 +25,16 @@ struct MapBlock {
 }
 
 /// What lights of a scene look like by direction: the same whatever the nodes are.
-pub struct AllAround {
+pub struct EnvironmentLight {
     maps: Arc<Vec<(MapLookup, f32)>>,
     mean_rgb: [f32; 3],
-    /// Where matt surfaces look for the maps' light.
+    /// The density by which diffuse surfaces sample the maps.
     sampler: Option<Arc<MapSampler>>,
 }
 
-impl AllAround {
-    /// `is_sampled`: matt surfaces will ask where the light is.
-    pub fn new(lights: &[Light], is_sampled: bool) -> AllAround {
+impl EnvironmentLight {
+    /// `is_sampled`: diffuse surfaces will sample the maps.
+    pub fn new(lights: &[Light], is_sampled: bool) -> EnvironmentLight {
         let mut maps = Vec::new();
         for Light::Environment(environment) in lights {
             if let EnvironmentSource::Map(map) | EnvironmentSource::Sky(map, _) = &environment.source {
@@ -48,7 +48,7 @@ impl AllAround {
             }
         }
         let sampler = (is_sampled && !maps.is_empty()).then(|| Arc::new(MapSampler::new(&maps)));
-        AllAround { maps: Arc::new(maps), mean_rgb, sampler }
+        EnvironmentLight { maps: Arc::new(maps), mean_rgb, sampler }
     }
 }
 
@@ -61,8 +61,8 @@ pub struct SunDisc {
     pub xyz: [f64; 3],
 }
 
-/// A surface that glows.
-pub struct Glow {
+/// A surface that emits.
+pub struct AreaLight {
     pub object: usize,
     weights: Vec<Weights>,
 }
@@ -82,15 +82,15 @@ pub struct Lights {
     rgb_to_xyz: [[f64; 3]; 3],
     pub suns: Vec<SunDisc>,
     /// In the order of their numbers.
-    pub glows: Vec<Glow>,
+    pub area_lights: Vec<AreaLight>,
 }
 
 impl Lights {
-    /// `emitters`: glowing objects by their index, in the order of their numbers.
+    /// `emitters`: emitting objects by their index, in the order of their numbers.
     pub fn new(
         scene: &Scene,
         nodes: &Nodes,
-        around: &AllAround,
+        around: &EnvironmentLight,
         emitters: &[(usize, &Emitter)],
     ) -> Result<Lights, OpticsError> {
         let map_weights = halved(&Illuminant::named("D65")?, nodes);
@@ -127,7 +127,7 @@ impl Lights {
             xyz: sums(&weights),
             weights: in_blocks(weights),
         };
-        let glow = |&(object, emitter): &(usize, &Emitter)| Glow {
+        let area_light = |&(object, emitter): &(usize, &Emitter)| AreaLight {
             object,
             weights: in_blocks(scaled(&halved(&emitter.illuminant, nodes), emitter.radiance)),
         };
@@ -144,7 +144,7 @@ impl Lights {
                 .collect(),
             rgb_to_xyz,
             suns: suns.into_iter().map(sun_disc).collect(),
-            glows: emitters.iter().map(glow).collect(),
+            area_lights: emitters.iter().map(area_light).collect(),
         })
     }
 
@@ -156,10 +156,10 @@ impl Lights {
         let y = |weights: &[Weights]| -> Vec<Lanes> { weights.iter().map(|w| w[1]).collect() };
         let maps: Vec<Weights> = self.map_blocks.iter().map(|block| block.weights).collect();
         let any = |weights: &[Lanes]| weights.iter().flat_map(|l| l.0).sum::<f32>() > 0.0;
-        let glows = self.glows.iter().map(|glow| y(&glow.weights));
+        let area_lights = self.area_lights.iter().map(|area_light| y(&area_light.weights));
         let weights = std::iter::once(y(&self.uniform))
             .chain([y(&maps)])
-            .chain(glows)
+            .chain(area_lights)
             .find(|weights| any(weights))
             .unwrap_or_else(|| vec![Lanes::ONE; self.map_blocks.len()]);
         let sum: f64 = weights.iter().flat_map(|l| l.0).map(f64::from).sum();
@@ -199,7 +199,7 @@ impl Lights {
 
     /// Adds an emitter's light found by a path that carries `s_and_p` at a block of nodes.
     #[inline(always)]
-    pub fn add_glow<S: Simd>(
+    pub fn add_emission<S: Simd>(
         &self,
         simd: S,
         emitter: usize,
@@ -207,7 +207,7 @@ impl Lights {
         s_and_p: f32x16<S>,
         xyz: [f32x16<S>; 3],
     ) -> [f32x16<S>; 3] {
-        add_weighted(simd, &self.glows[emitter].weights[block], s_and_p, xyz)
+        add_weighted(simd, &self.area_lights[emitter].weights[block], s_and_p, xyz)
     }
 
     /// Linear Rec.709 radiance of all maps from sixteen directions.

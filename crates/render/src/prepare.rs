@@ -4,15 +4,15 @@ use iridesce_optics::color::{Illuminant, rgb_basis};
 use iridesce_optics::{Medium, OpticsError};
 use iridesce_scene::{EnvironmentSource, Light, Scene, Surface, ThicknessField, Unit};
 
-use crate::bodies::within;
 use crate::camera::{Ray, RayCamera};
 use crate::coating::IndexTable;
+use crate::enclosing::enclosing_media;
 use crate::film::FilmTable;
 use crate::framebuffer::{RenderError, RenderOptions};
 use crate::geometry::Shape;
 use crate::lanes::{Lanes, blocks};
-use crate::lights::{AllAround, Lights};
-use crate::media::{Media, Within, indices, visible};
+use crate::lights::{EnvironmentLight, Lights};
+use crate::medium_stack::{Media, MediumStack, indices, visible};
 use crate::spectral::{Bands, LEAST_NODES, MAX_NODES, Nodes, node_count, resolved_nm};
 use crate::vector::Vec3;
 
@@ -35,7 +35,7 @@ pub struct Prepared {
     pub names: Vec<String>,
     pub media: Media,
     /// What the camera is within.
-    camera_within: Within,
+    camera_media: MediumStack,
     /// Its rays start at different places, which may lie within different media.
     is_camera_wide: bool,
     /// The same spectra ever finer: a pixel takes the coarsest that resolves the fringes it shows.
@@ -47,7 +47,7 @@ pub enum Material {
     Film(FilmSurface),
     Coating(CoatedSurface),
     /// Number among the reflectances.
-    Matt {
+    Diffuse {
         number: usize,
         is_black: bool,
     },
@@ -109,7 +109,7 @@ impl Material {
     fn body(&self) -> Option<u8> {
         match self {
             Material::Coating(coating) => Some(coating.substrate),
-            Material::Film(_) | Material::Matt { .. } | Material::Emitter(_) => None,
+            Material::Film(_) | Material::Diffuse { .. } | Material::Emitter(_) => None,
         }
     }
 
@@ -117,7 +117,7 @@ impl Material {
     /// Any would do, the better it is the less noise they make.
     fn expected_share(&self, reflectances: &[[f64; 3]]) -> f32 {
         match self {
-            Material::Matt { number, .. } => (reflectances[*number].iter().sum::<f64>() / 3.0) as f32,
+            Material::Diffuse { number, .. } => (reflectances[*number].iter().sum::<f64>() / 3.0) as f32,
             Material::Coating(coating) if coating.is_opaque => 0.5,
             Material::Emitter(_) => 0.0,
             Material::Film(_) | Material::Coating(_) => 1.0,
@@ -128,7 +128,7 @@ impl Material {
         match self {
             Material::Film(film) => film.layer.longest_path_nm(),
             Material::Coating(coating) => coating.layers.iter().map(LayerSurface::longest_path_nm).sum(),
-            Material::Matt { .. } | Material::Emitter(_) => 0.0,
+            Material::Diffuse { .. } | Material::Emitter(_) => 0.0,
         }
     }
 }
@@ -145,8 +145,8 @@ pub struct Spectra {
     pub media: Vec<IndexTable>,
     /// By what the media attenuate: powers of 1/2 per scene unit. `None` for clear ones.
     pub attenuation: Vec<Option<Vec<Lanes>>>,
-    /// Reflectances of the matt surfaces.
-    pub matt: Vec<Vec<Lanes>>,
+    /// Reflectances of the diffuse surfaces.
+    pub diffuse: Vec<Vec<Lanes>>,
     pub lights: Lights,
     /// Luminance of a path's s and p weights; sums to 1/2.
     pub importance: Vec<Lanes>,
@@ -159,7 +159,7 @@ struct Materials<'a> {
     list: Vec<Material>,
     films: Vec<(&'a Medium, u8)>,
     coatings: Vec<Vec<&'a Medium>>,
-    matt: Vec<[f64; 3]>,
+    diffuse: Vec<[f64; 3]>,
     emitters: Vec<(usize, &'a iridesce_scene::Emitter)>,
 }
 
@@ -169,7 +169,7 @@ impl Prepared {
         let mut media = Media::new();
         let materials = materials(scene, &mut media)?;
         let shapes: Vec<Shape> = scene.objects.iter().map(|object| Shape::new(&object.shape)).collect();
-        let around = AllAround::new(&scene.lights, !materials.matt.is_empty());
+        let around = EnvironmentLight::new(&scene.lights, !materials.diffuse.is_empty());
         let mut levels = Vec::new();
         for nodes in levels_for(scene, &materials)? {
             levels.push(spectra(scene, &nodes, &media, &materials, &around)?);
@@ -179,7 +179,7 @@ impl Prepared {
         }
         let camera = RayCamera::new(&scene.camera, width, height);
         let bodies: Vec<Option<u8>> = materials.list.iter().map(Material::body).collect();
-        let camera_within = within(&shapes, &bodies, scene.camera.position.into());
+        let camera_media = enclosing_media(&shapes, &bodies, scene.camera.position.into());
         let has_media = materials.list.iter().any(|material| matches!(material, Material::Coating(_)));
         Ok(Prepared {
             camera,
@@ -188,11 +188,11 @@ impl Prepared {
             samples: options.samples.unwrap_or(scene.render.samples),
             seed: options.seed.unwrap_or(scene.render.seed),
             max_depth: scene.render.max_depth,
-            camera_within,
+            camera_media,
             bodies,
             is_camera_wide: has_media && camera.is_wide(),
             shapes,
-            expected_shares: materials.list.iter().map(|own| own.expected_share(&materials.matt)).collect(),
+            expected_shares: materials.list.iter().map(|own| own.expected_share(&materials.diffuse)).collect(),
             names: scene.objects.iter().map(|object| object.name.clone()).collect(),
             media,
             materials: materials.list,
@@ -204,8 +204,8 @@ impl Prepared {
 impl Prepared {
     /// The media that a camera ray starts in.
     #[inline(always)]
-    pub fn within(&self, ray: &Ray) -> Within {
-        if self.is_camera_wide { within(&self.shapes, &self.bodies, ray.origin) } else { self.camera_within }
+    pub fn enclosing_media(&self, ray: &Ray) -> MediumStack {
+        if self.is_camera_wide { enclosing_media(&self.shapes, &self.bodies, ray.origin) } else { self.camera_media }
     }
 }
 
@@ -244,8 +244,8 @@ fn materials<'a>(scene: &'a Scene, media: &mut Media) -> Result<Materials<'a>, R
             Surface::Dielectric(medium) => coated(Vec::new(), Vec::new(), medium, false)?,
             Surface::Metal(medium) => coated(Vec::new(), Vec::new(), medium, true)?,
             Surface::Diffuse(reflectance) => {
-                all.matt.push(*reflectance);
-                Material::Matt { number: all.matt.len() - 1, is_black: *reflectance == [0.0; 3] }
+                all.diffuse.push(*reflectance);
+                Material::Diffuse { number: all.diffuse.len() - 1, is_black: *reflectance == [0.0; 3] }
             }
             Surface::Emitter(emitter) => {
                 all.emitters.push((object, emitter));
@@ -319,7 +319,7 @@ fn spectra(
     nodes: &Nodes,
     media: &Media,
     materials: &Materials<'_>,
-    around: &AllAround,
+    around: &EnvironmentLight,
 ) -> Result<Spectra, OpticsError> {
     let at_nodes = |medium: &Medium| indices(medium, nodes.wavelength_nm.iter().copied());
     let mut films = Vec::new();
@@ -347,7 +347,7 @@ fn spectra(
             .map(|(n, nm)| 4.0 * std::f64::consts::PI * n.im / nm * nm_per_unit * std::f64::consts::LOG2_E);
         attenuation.push(n.iter().any(|n| n.im > 0.0).then(|| blocks(per_unit)));
     }
-    let matt = materials.matt.iter().map(|rgb| {
+    let diffuse = materials.diffuse.iter().map(|rgb| {
         blocks(nodes.wavelength_nm.iter().map(|&nm| rgb_basis(nm).iter().zip(rgb).map(|(f, v)| f * v).sum()))
     });
     let lights = Lights::new(scene, nodes, around, &materials.emitters)?;
@@ -359,7 +359,7 @@ fn spectra(
         coatings,
         media: media.list().iter().map(table).collect::<Result<_, _>>()?,
         attenuation,
-        matt: matt.collect(),
+        diffuse: diffuse.collect(),
         bands: Bands::new(nodes, &importance),
         importance,
         lights,

@@ -17,7 +17,13 @@ pub fn ratio([outer, exit]: [&IndexTable; 2], node: usize) -> f64 {
 
 /// Snell's law at a node; `None` beyond the critical angle.
 #[inline(always)]
-pub fn bent(direction: Vec3, facing: Vec3, cos_theta: f64, media: [&IndexTable; 2], node: usize) -> Option<Vec3> {
+pub fn refracted_direction(
+    direction: Vec3,
+    facing: Vec3,
+    cos_theta: f64,
+    media: [&IndexTable; 2],
+    node: usize,
+) -> Option<Vec3> {
     let ratio = ratio(media, node);
     let cosine2 = 1.0 - ratio * ratio * (1.0 - cos_theta * cos_theta).max(0.0);
     (cosine2 > 0.0).then(|| (direction * ratio + facing * (ratio * cos_theta - cosine2.sqrt())).normalized())
@@ -27,12 +33,12 @@ pub fn bent(direction: Vec3, facing: Vec3, cos_theta: f64, media: [&IndexTable; 
 /// without one, of the outermost layer of the first coating.
 pub fn shown_thickness_nm(scene: &Prepared, ray: Ray, first: Hit) -> Option<f64> {
     let spectra = &scene.levels[0];
-    let (mut ray, mut hit, mut within, mut outermost) = (ray, first, scene.within(&ray), None);
+    let (mut ray, mut hit, mut medium, mut outermost) = (ray, first, scene.enclosing_media(&ray), None);
     for _ in 0..CLEAR_SURFACES {
         let coating = match &scene.materials[hit.object] {
             Material::Film(film) => return Some(film.layer.thickness_nm(hit.point)),
             Material::Coating(coating) => coating,
-            Material::Matt { .. } | Material::Emitter(_) => break,
+            Material::Diffuse { .. } | Material::Emitter(_) => break,
         };
         outermost = outermost.or_else(|| coating.layers.first().map(|layer| layer.thickness_nm(hit.point)));
         if coating.is_opaque {
@@ -40,17 +46,19 @@ pub fn shown_thickness_nm(scene: &Prepared, ray: Ray, first: Hit) -> Option<f64>
         }
         let along = ray.direction.dot(hit.normal);
         let is_from_front = along < 0.0;
-        let Some(beyond) = (if is_from_front { within.entered(coating.substrate) } else { Some(within.left()) }) else {
+        let Some(beyond) = (if is_from_front { medium.entered(coating.substrate) } else { Some(medium.left()) }) else {
             break;
         };
         let facing = if is_from_front { hit.normal } else { -hit.normal };
-        let media = [within, beyond].map(|within| &spectra.media[usize::from(within.innermost())]);
-        let Some(direction) = bent(ray.direction, facing, along.abs().min(1.0), media, spectra.bands.middle) else {
+        let media = [medium, beyond].map(|medium| &spectra.media[usize::from(medium.innermost())]);
+        let Some(direction) =
+            refracted_direction(ray.direction, facing, along.abs().min(1.0), media, spectra.bands.middle)
+        else {
             break;
         };
         ray = Ray { origin: hit.point, direction };
         let Some(next) = nearest(&scene.shapes, &ray, Some(hit.object)) else { break };
-        (hit, within) = (next, beyond);
+        (hit, medium) = (next, beyond);
     }
     outermost
 }

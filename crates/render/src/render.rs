@@ -7,13 +7,13 @@ use fearless_simd::{Level, Simd, dispatch};
 use iridesce_scene::Scene;
 use rayon::prelude::*;
 
+use crate::failure::{PathFailure, describe};
 use crate::framebuffer::{Framebuffer, Progress, RenderError, RenderInfo, RenderOptions};
 use crate::geometry::nearest;
 use crate::integrator::Tracer;
 use crate::prepare::Prepared;
 use crate::refraction::shown_thickness_nm;
 use crate::sampler::PixelSampler;
-use crate::trouble::{Trouble, complaint};
 
 /// Renders a scene. Deterministic: the same scene, options and SIMD level give the same bytes for any `threads`.
 ///
@@ -126,8 +126,8 @@ fn draw_row<S: Simd>(
             }
             match tracer.take_xyz(simd) {
                 Ok(sum) => break sum,
-                Err(Trouble::NeedsLevel(finer)) => level = finer,
-                Err(trouble) => return Err(complaint(scene, trouble)),
+                Err(PathFailure::NeedsLevel(finer)) => level = finer,
+                Err(failure) => return Err(describe(scene, failure)),
             }
         };
         let column = x as usize;

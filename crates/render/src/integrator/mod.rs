@@ -6,40 +6,40 @@
 //! Q it holds the weights of s and p light, w_I + w_Q and w_I - w_Q, which a film multiplies by R_s and R_p;
 //! U and V stay untouched zeros as long as all planes of incidence coincide.
 //!
-//! At a film, a coating or a bare surface both branches are followed (`specular.rs`); at a matt surface one goes on and
-//! the lights are asked directly (`matt.rs`). A branch that leaves the scene is added up on the spot; one that goes on
-//! may be left out only by chance, never dropped (`chance.rs`): below [`FAINT`] it survives with probability in
+//! At a film, a coating or a bare surface both branches are followed (`specular.rs`); at a diffuse surface one goes on and
+//! the lights are sampled (`diffuse.rs`). A branch that leaves the scene is added up on the spot; one that goes on
+//! may be left out only by Russian roulette, never dropped (`roulette.rs`): below [`FAINT`] it survives with probability in
 //! proportion to its luminance; after `max_depth` hits below the luminance it had there; and where two go on after
 //! `max_depth`, one is chosen in proportion to luminance. So no weight ever grows, and the walk ends. In a uniform
 //! environment nothing at all is left to chance.
 
-mod chance;
-mod leaving;
-mod matt;
+mod diffuse;
+mod escape;
+mod roulette;
 mod specular;
 #[cfg(test)]
 mod tests;
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 
-use self::leaving::{Leaving, Share};
+use self::escape::{Escaped, Share};
 use crate::camera::Ray;
+use crate::failure::PathFailure;
 use crate::film::exp2;
 use crate::geometry::{Hit, frame, nearest};
 use crate::lanes::{LANES, Lanes};
-use crate::media::Within;
+use crate::medium_stack::MediumStack;
 use crate::prepare::{Material, Prepared, Spectra};
 use crate::sampler::Choices;
-use crate::trouble::Trouble;
 use crate::vector::Vec3;
 
 /// Luminance (of 1 at the camera) below which a branch survives only by chance. One such choice makes noise of at most
 /// half of this times the deviation of the light from its mean; docs/performance.md has the trade against time.
 const FAINT: f32 = 2e-4;
 
-/// Chance to go on at hits beyond `max_depth` where hardly anything may be lost, matt ones and those of very long walks:
+/// Probability to survive at hits beyond `max_depth` where hardly anything may be lost, diffuse ones and those of very long walks:
 /// without it a walk among perfect whites, or within perfect mirrors, would never end.
-const LATE_CHANCE: f32 = 0.95;
+const LATE_SURVIVAL: f32 = 0.95;
 
 /// Planes of incidence closer than this (sine of the angle between them) count as one: the second-order error is 1e-10.
 const SAME_PLANE: f64 = 1e-5;
@@ -55,18 +55,18 @@ struct Path {
     hits: u32,
     /// The luminance below which it survives only by chance.
     floor: f32,
-    within: Within,
+    medium: MediumStack,
     /// U and V are zero (and their storage is stale).
     in_plane: bool,
-    /// It has met nothing that polarises since the camera or a matt surface.
-    is_natural: bool,
+    /// It has met nothing that polarises since the camera or a diffuse surface.
+    is_unpolarized: bool,
     /// The band of wavelengths that it still carries, once a prism has parted them.
     band: Option<u8>,
     /// Nothing but films has been passed, straight on, since it was scattered; where, stands by its slot.
     is_scattered: bool,
 }
 
-/// A matt place that a path left in a direction drawn at random.
+/// A diffuse point that a path left in a sampled direction.
 #[derive(Clone, Copy, Default)]
 struct Scattered {
     origin: Vec3,
@@ -76,15 +76,15 @@ struct Scattered {
 
 /// What becomes of a branch.
 #[derive(Clone, Copy)]
-enum Fate {
+enum Continuation {
     /// It meets another surface.
-    GoesOn(Hit),
+    Surface(Hit),
     /// It leaves the scene.
-    Leaves,
-    /// It meets a glowing surface, and this share of its light is its own.
-    Glows(usize, f32),
+    Escapes,
+    /// It meets an emitter; this is its weight in multiple importance sampling.
+    Emitter(usize, f32),
     /// It is absorbed.
-    Lost,
+    Absorbed,
 }
 
 /// Where the spectra of a branch are written.
@@ -97,9 +97,9 @@ enum Target {
     /// Nowhere: it finds the uniform lights only.
     Uniform,
     /// Nowhere: it finds this share of an emitter.
-    Glow(usize, f32),
+    Emitter(usize, f32),
     /// Nowhere at all.
-    Lost,
+    Nowhere,
 }
 
 /// Sums of X, Y, Z over a block's lanes.
@@ -115,12 +115,12 @@ pub struct Tracer<'a> {
     blocks: usize,
     waiting: Vec<Path>,
     free: Vec<usize>,
-    leaving: Leaving,
+    escaped: Escaped,
     /// Camera rays that meet nothing.
-    bare: Leaving,
+    bare: Escaped,
     /// XYZ of the pixel so far.
     xyz: [f64; 3],
-    trouble: Option<Trouble>,
+    failure: Option<PathFailure>,
     /// Where paths were scattered last, by slot.
     scattered: Vec<Scattered>,
     /// Thicknesses of the layers at the hit under work, nm.
@@ -129,8 +129,8 @@ pub struct Tracer<'a> {
 
 impl<'a> Tracer<'a> {
     pub fn new(scene: &'a Prepared, level: usize) -> Tracer<'a> {
-        // Every hit leaves at most one more path waiting, and none after max_depth; a matt hit takes one while it asks
-        // for the lights.
+        // Every hit leaves at most one more path waiting, and none after max_depth; a diffuse hit takes one while it samples
+        // the lights.
         let slots = scene.max_depth as usize + 3;
         let spectra = &scene.levels[level];
         let blocks = spectra.importance.len();
@@ -142,10 +142,10 @@ impl<'a> Tracer<'a> {
             blocks,
             waiting: Vec::with_capacity(slots),
             free: (0..slots).rev().collect(),
-            leaving: Leaving::new(blocks),
-            bare: Leaving::new(0),
+            escaped: Escaped::new(blocks),
+            bare: Escaped::new(0),
             xyz: [0.0; 3],
-            trouble: None,
+            failure: None,
             scattered: vec![Scattered::default(); slots],
             thicknesses: Vec::new(),
         }
@@ -153,20 +153,20 @@ impl<'a> Tracer<'a> {
 
     /// The sum of XYZ over all rays since the last call, or why there is none. Either way it starts afresh.
     #[inline(always)]
-    pub fn take_xyz<S: Simd>(&mut self, simd: S) -> Result<[f64; 3], Trouble> {
-        self.reach_lights(simd);
-        self.reach_lights_bare(simd);
+    pub fn take_xyz<S: Simd>(&mut self, simd: S) -> Result<[f64; 3], PathFailure> {
+        self.add_environment(simd);
+        self.add_environment_unscattered(simd);
         let xyz = std::mem::take(&mut self.xyz);
-        self.trouble.take().map_or(Ok(xyz), Err)
+        self.failure.take().map_or(Ok(xyz), Err)
     }
 
-    /// Adds what arrives at the camera along a ray; false once the pixel is in trouble.
+    /// Adds what arrives at the camera along a ray; false once the pixel cannot be finished.
     #[inline(always)]
     pub fn trace<S: Simd>(&mut self, simd: S, ray: Ray, choices: &mut Choices) -> bool {
         let scene = self.scene;
         let lights = &self.spectra.lights;
         let Some(hit) = nearest(&scene.shapes, &ray, None) else {
-            if self.is_dark(scene.within(&ray)) {
+            if self.is_dark(scene.enclosing_media(&ray)) {
                 return true;
             }
             for c in 0..3 {
@@ -175,7 +175,7 @@ impl<'a> Tracer<'a> {
             if lights.depend_on_direction() {
                 self.bare.push(ray.direction, Share { maps: 1.0, sun: lights.sun_at(ray.direction) });
                 if self.bare.count == LANES {
-                    self.reach_lights_bare(simd);
+                    self.add_environment_unscattered(simd);
                 }
             }
             return true;
@@ -190,22 +190,22 @@ impl<'a> Tracer<'a> {
             slot,
             hits: 0,
             floor: FAINT,
-            within: scene.within(&ray),
+            medium: scene.enclosing_media(&ray),
             in_plane: true,
-            is_natural: true,
+            is_unpolarized: true,
             band: None,
             is_scattered: false,
         };
         let mut sums = Sums([f32x16::splat(simd, 0.0); 3]);
         loop {
-            if !self.meet(simd, &mut path, &mut sums, choices) {
+            if !self.scatter(simd, &mut path, &mut sums, choices) {
                 self.free.push(path.slot);
                 match self.waiting.pop() {
                     Some(next) => path = next,
                     None => break,
                 }
             }
-            if self.trouble.is_some() {
+            if self.failure.is_some() {
                 self.free.push(path.slot);
                 while let Some(next) = self.waiting.pop() {
                     self.free.push(next.slot);
@@ -219,17 +219,17 @@ impl<'a> Tracer<'a> {
 
     /// What a path finds at the surface it meets. It continues as `path` (false: nothing of it is left).
     #[inline(always)]
-    fn meet<S: Simd>(&mut self, simd: S, path: &mut Path, sums: &mut Sums<S>, choices: &mut Choices) -> bool {
+    fn scatter<S: Simd>(&mut self, simd: S, path: &mut Path, sums: &mut Sums<S>, choices: &mut Choices) -> bool {
         let scene = self.scene;
         self.attenuate(simd, path);
         match &scene.materials[path.hit.object] {
-            Material::Film(film) => self.meet_film(simd, path, film, sums, choices),
-            Material::Coating(coating) => self.meet_coating(simd, path, coating, sums, choices),
-            Material::Matt { is_black: true, .. } => false,
-            Material::Matt { number, .. } => self.meet_matt(simd, path, *number, sums, choices),
+            Material::Film(film) => self.scatter_film(simd, path, film, sums, choices),
+            Material::Coating(coating) => self.scatter_coating(simd, path, coating, sums, choices),
+            Material::Diffuse { is_black: true, .. } => false,
+            Material::Diffuse { number, .. } => self.scatter_diffuse(simd, path, *number, sums, choices),
             Material::Emitter(emitter) => {
-                let share = self.glow_share(self.scattered(path), &path.hit);
-                self.meet_emitter(simd, path, *emitter, share, sums);
+                let share = self.emitter_mis_weight(self.scattered(path), &path.hit);
+                self.add_emission(simd, path, *emitter, share, sums);
                 false
             }
         }
@@ -238,7 +238,7 @@ impl<'a> Tracer<'a> {
     /// Takes off what the medium absorbs on the way to the hit.
     #[inline(always)]
     fn attenuate<S: Simd>(&mut self, simd: S, path: &Path) {
-        let Some(rate) = &self.spectra.attenuation[usize::from(path.within.innermost())] else { return };
+        let Some(rate) = &self.spectra.attenuation[usize::from(path.medium.innermost())] else { return };
         let distance = path.hit.distance as f32;
         let components = if path.in_plane { 2 } else { 4 };
         for (block, rate) in rate.iter().enumerate() {
@@ -252,12 +252,12 @@ impl<'a> Tracer<'a> {
     }
 
     #[inline(always)]
-    fn meet_emitter<S: Simd>(&mut self, simd: S, path: &Path, emitter: usize, share: f32, sums: &mut Sums<S>) {
+    fn add_emission<S: Simd>(&mut self, simd: S, path: &Path, emitter: usize, share: f32, sums: &mut Sums<S>) {
         let mut xyz = sums.0;
         for block in 0..self.blocks {
             let s = self.arena[self.at(path.slot, 0, block)].load(simd);
             let p = self.arena[self.at(path.slot, 1, block)].load(simd);
-            xyz = self.spectra.lights.add_glow(simd, emitter, block, (s + p) * share, xyz);
+            xyz = self.spectra.lights.add_emission(simd, emitter, block, (s + p) * share, xyz);
         }
         sums.0 = xyz;
     }
@@ -270,42 +270,54 @@ impl<'a> Tracer<'a> {
 
     /// Nothing comes from infinitely far away within a medium that absorbs.
     #[inline(always)]
-    fn is_dark(&self, within: Within) -> bool {
-        self.spectra.attenuation[usize::from(within.innermost())].is_some()
+    fn is_dark(&self, medium: MediumStack) -> bool {
+        self.spectra.attenuation[usize::from(medium.innermost())].is_some()
     }
 
-    /// Where a branch that starts at a hit goes.
+    /// What a branch that starts at a hit comes to.
     #[inline(always)]
-    fn fate(&self, hit: &Hit, direction: Vec3, within: Within, scattered: Option<Scattered>) -> Fate {
+    fn continuation(
+        &self,
+        hit: &Hit,
+        direction: Vec3,
+        medium: MediumStack,
+        scattered: Option<Scattered>,
+    ) -> Continuation {
         let scene = self.scene;
         let Some(next) = nearest(&scene.shapes, &Ray { origin: hit.point, direction }, Some(hit.object)) else {
-            return if self.is_dark(within) { Fate::Lost } else { Fate::Leaves };
+            return if self.is_dark(medium) { Continuation::Absorbed } else { Continuation::Escapes };
         };
         match &scene.materials[next.object] {
-            Material::Matt { is_black: true, .. } => Fate::Lost,
-            Material::Emitter(emitter) if !self.is_dark(within) => {
-                Fate::Glows(*emitter, self.glow_share(scattered, &next))
+            Material::Diffuse { is_black: true, .. } => Continuation::Absorbed,
+            Material::Emitter(emitter) if !self.is_dark(medium) => {
+                Continuation::Emitter(*emitter, self.emitter_mis_weight(scattered, &next))
             }
-            _ => Fate::GoesOn(next),
+            _ => Continuation::Surface(next),
         }
     }
 
     /// Where the spectra of a branch are written.
     #[inline(always)]
-    fn target(&mut self, fate: Fate, slot: usize, direction: Vec3, scattered: Option<Scattered>) -> Target {
+    fn target(
+        &mut self,
+        continuation: Continuation,
+        slot: usize,
+        direction: Vec3,
+        scattered: Option<Scattered>,
+    ) -> Target {
         let lights = &self.spectra.lights;
-        match fate {
-            Fate::GoesOn(_) => Target::Slot(slot),
-            Fate::Leaves if lights.depend_on_direction() => {
+        match continuation {
+            Continuation::Surface(_) => Target::Slot(slot),
+            Continuation::Escapes if lights.depend_on_direction() => {
                 let share = match scattered {
                     None => Share { maps: 1.0, sun: lights.sun_at(direction) },
-                    Some(from) => Share { maps: self.map_share(from, direction), sun: None },
+                    Some(from) => Share { maps: self.environment_mis_weight(from, direction), sun: None },
                 };
-                Target::Out(self.leaving.push(direction, share))
+                Target::Out(self.escaped.push(direction, share))
             }
-            Fate::Leaves => Target::Uniform,
-            Fate::Glows(emitter, share) => Target::Glow(emitter, share),
-            Fate::Lost => Target::Lost,
+            Continuation::Escapes => Target::Uniform,
+            Continuation::Emitter(emitter, share) => Target::Emitter(emitter, share),
+            Continuation::Absorbed => Target::Nowhere,
         }
     }
 
@@ -313,7 +325,7 @@ impl<'a> Tracer<'a> {
     ///
     /// Sums go in and out by value: behind a reference they pass through memory at every block.
     #[inline(always)]
-    fn put<S: Simd>(
+    fn splat<S: Simd>(
         &mut self,
         simd: S,
         to: Target,
@@ -329,12 +341,12 @@ impl<'a> Tracer<'a> {
                 self.arena[p_at].store(p);
                 return xyz;
             }
-            Target::Out(path) => self.leaving.carried[path * self.blocks + block].store(s + p),
+            Target::Out(path) => self.escaped.carried[path * self.blocks + block].store(s + p),
             Target::Uniform => {}
-            Target::Glow(emitter, share) => {
-                return self.spectra.lights.add_glow(simd, emitter, block, (s + p) * share, xyz);
+            Target::Emitter(emitter, share) => {
+                return self.spectra.lights.add_emission(simd, emitter, block, (s + p) * share, xyz);
             }
-            Target::Lost => return xyz,
+            Target::Nowhere => return xyz,
         }
         self.spectra.lights.add_uniform(simd, block, s + p, xyz)
     }
@@ -355,7 +367,7 @@ impl<'a> Tracer<'a> {
         }
         let finer = self.scene.levels[self.level..].iter().position(|level| path_difference_nm <= level.resolved_nm);
         // The last level resolves everything that the scene's thicknesses allow.
-        self.trouble = Some(Trouble::NeedsLevel(self.level + finer.unwrap_or(0).max(1)));
+        self.failure = Some(PathFailure::NeedsLevel(self.level + finer.unwrap_or(0).max(1)));
         true
     }
 

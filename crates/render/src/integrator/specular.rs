@@ -2,15 +2,15 @@
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 
-use super::chance::Onward;
-use super::{Fate, Path, SAME_PLANE, Scattered, Sums, Target, Tracer};
+use super::roulette::Onward;
+use super::{Continuation, Path, SAME_PLANE, Scattered, Sums, Target, Tracer};
 use crate::coating::{IndexTable, LayersAt, Sequence};
+use crate::failure::PathFailure;
 use crate::film::{Beam, Mueller, Response};
 use crate::lanes::Lanes;
 use crate::prepare::{CoatedSurface, FilmSurface};
-use crate::refraction::{bent, ratio};
+use crate::refraction::{ratio, refracted_direction};
 use crate::sampler::Choices;
-use crate::trouble::Trouble;
 use crate::vector::Vec3;
 
 /// Directions of one refracted path that differ by less than this over the spectrum (radians) count as one: a tenth of
@@ -29,7 +29,7 @@ struct Refracted<'a> {
 impl<'a> Tracer<'a> {
     /// Splits a path at a film.
     #[inline(always)]
-    pub(super) fn meet_film<S: Simd>(
+    pub(super) fn scatter_film<S: Simd>(
         &mut self,
         simd: S,
         path: &mut Path,
@@ -37,10 +37,13 @@ impl<'a> Tracer<'a> {
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) -> bool {
-        let Path { hit, direction, within, .. } = *path;
-        if within.innermost() != film.outside {
-            self.trouble =
-                Some(Trouble::WrongMedium { object: hit.object, is_in: within.innermost(), expected: film.outside });
+        let Path { hit, direction, medium, .. } = *path;
+        if medium.innermost() != film.outside {
+            self.failure = Some(PathFailure::WrongMedium {
+                object: hit.object,
+                is_in: medium.innermost(),
+                expected: film.outside,
+            });
             return false;
         }
         let thickness = film.layer.thickness_nm(hit.point);
@@ -51,14 +54,14 @@ impl<'a> Tracer<'a> {
         let along = direction.dot(hit.normal);
         let cos_theta = along.abs().min(1.0) as f32;
 
-        self.turn_to_plane(simd, path);
+        self.rotate_stokes_frame(simd, path);
         path.hits += 1;
-        path.is_natural = false;
+        path.is_unpolarized = false;
 
         let mirror = direction - hit.normal * (2.0 * along);
         let scattered = self.scattered(path);
-        let passed = self.fate(&hit, direction, within, scattered);
-        let mirrored = self.fate(&hit, mirror, within, None);
+        let passed = self.continuation(&hit, direction, medium, scattered);
+        let mirrored = self.continuation(&hit, mirror, medium, None);
         self.make_room(simd, 2);
         let to = self.targets(path, (mirrored, mirror), (passed, direction, scattered));
         let (mirrored_y, passed_y) = if path.in_plane && self.spectra.films[film.number].is_plain() {
@@ -66,13 +69,13 @@ impl<'a> Tracer<'a> {
         } else {
             self.split_film(simd, path, film.number, cos_theta, thickness_nm, to, sums)
         };
-        let onward = Onward { direction, within, band: path.band, is_scattered: path.is_scattered };
+        let onward = Onward { direction, medium, band: path.band, is_scattered: path.is_scattered };
         self.follow(simd, path, [mirrored, passed], to, mirror, &onward, [mirrored_y, passed_y], sums, choices)
     }
 
     /// Splits a path at a coated or bare surface.
     #[inline(always)]
-    pub(super) fn meet_coating<S: Simd>(
+    pub(super) fn scatter_coating<S: Simd>(
         &mut self,
         simd: S,
         path: &mut Path,
@@ -81,23 +84,24 @@ impl<'a> Tracer<'a> {
         choices: &mut Choices,
     ) -> bool {
         let spectra = self.spectra;
-        let Path { hit, direction, within, .. } = *path;
+        let Path { hit, direction, medium, .. } = *path;
         let along = direction.dot(hit.normal);
         let is_from_front = along < 0.0;
-        let outer = within.innermost();
+        let outer = medium.innermost();
         let beyond = if is_from_front {
-            let Some(deeper) = within.entered(coating.substrate) else {
-                self.trouble = Some(Trouble::TooDeep { object: hit.object });
+            let Some(deeper) = medium.entered(coating.substrate) else {
+                self.failure = Some(PathFailure::TooDeep { object: hit.object });
                 return false;
             };
             deeper
         } else if outer == coating.substrate {
-            within.left()
+            medium.left()
         } else if coating.is_opaque {
             // The back of a thin piece of metal: it looks like its front.
-            within
+            medium
         } else {
-            self.trouble = Some(Trouble::WrongMedium { object: hit.object, is_in: outer, expected: coating.substrate });
+            self.failure =
+                Some(PathFailure::WrongMedium { object: hit.object, is_in: outer, expected: coating.substrate });
             return false;
         };
         let is_metal_back = coating.is_opaque && !is_from_front;
@@ -115,29 +119,29 @@ impl<'a> Tracer<'a> {
         }
         let cos_theta = along.abs().min(1.0);
 
-        self.turn_to_plane(simd, path);
+        self.rotate_stokes_frame(simd, path);
         path.hits += 1;
-        path.is_natural = false;
+        path.is_unpolarized = false;
 
         let mirror = direction - hit.normal * (2.0 * along);
         let mut refracted = Refracted { direction: None, band: path.band, thinned: None };
-        let (mut passed, mut expected) = (Fate::Lost, 1.0);
+        let (mut passed, mut expected) = (Continuation::Absorbed, 1.0);
         if !coating.is_opaque {
             let facing = if is_from_front { hit.normal } else { -hit.normal };
             let media = [&spectra.media[usize::from(outer)], &spectra.media[usize::from(exit)]];
             refracted = self.refract(path, facing, cos_theta, media, choices);
             if let Some(direction) = refracted.direction {
-                passed = self.fate(&hit, direction, beyond, None);
+                passed = self.continuation(&hit, direction, beyond, None);
             }
             if refracted.thinned.is_some() {
                 // By where the middle of the spectrum goes, not the chosen band: the estimate must not hang on the choice.
-                expected = match bent(direction, facing, cos_theta, media, spectra.bands.middle) {
-                    Some(middle) => self.expected_share(self.fate(&hit, middle, beyond, None)),
+                expected = match refracted_direction(direction, facing, cos_theta, media, spectra.bands.middle) {
+                    Some(middle) => self.expected_share(self.continuation(&hit, middle, beyond, None)),
                     None => 1.0,
                 };
             }
         }
-        let mirrored = self.fate(&hit, mirror, within, None);
+        let mirrored = self.continuation(&hit, mirror, medium, None);
         self.make_room(simd, 2);
         let passed_direction = refracted.direction.unwrap_or(direction);
         let to = self.targets(path, (mirrored, mirror), (passed, passed_direction, None));
@@ -156,7 +160,7 @@ impl<'a> Tracer<'a> {
         let (mirrored_y, passed_y) = self.split_coating(simd, path, &sequence, cos_theta as f32, to, thinned, sums);
         self.thicknesses = thicknesses;
 
-        let onward = Onward { direction: passed_direction, within: beyond, band: refracted.band, is_scattered: false };
+        let onward = Onward { direction: passed_direction, medium: beyond, band: refracted.band, is_scattered: false };
         self.follow(simd, path, [mirrored, passed], to, mirror, &onward, [mirrored_y, passed_y], sums, choices)
     }
 
@@ -180,7 +184,7 @@ impl<'a> Tracer<'a> {
         if let Some(band) = band {
             node = bands.band(usize::from(band)).middle;
         }
-        let direction = bent(path.direction, facing, cos_theta, media, node);
+        let direction = refracted_direction(path.direction, facing, cos_theta, media, node);
         if direction.is_none() {
             // A little may pass at other nodes than the one that tells the direction: it finds the mean light.
             thinned = Some(&bands.none[..]);
@@ -203,11 +207,11 @@ impl<'a> Tracer<'a> {
 
     /// What share of the mean light a branch is expected to find.
     #[inline(always)]
-    fn expected_share(&self, fate: Fate) -> f32 {
-        match fate {
-            Fate::GoesOn(next) => self.scene.expected_shares[next.object],
-            Fate::Leaves => 1.0,
-            Fate::Glows(..) | Fate::Lost => 0.0,
+    fn expected_share(&self, continuation: Continuation) -> f32 {
+        match continuation {
+            Continuation::Surface(next) => self.scene.expected_shares[next.object],
+            Continuation::Escapes => 1.0,
+            Continuation::Emitter(..) | Continuation::Absorbed => 0.0,
         }
     }
 
@@ -216,10 +220,10 @@ impl<'a> Tracer<'a> {
     fn targets(
         &mut self,
         path: &Path,
-        (mirrored, mirror): (Fate, Vec3),
-        (passed, direction, scattered): (Fate, Vec3, Option<Scattered>),
+        (mirrored, mirror): (Continuation, Vec3),
+        (passed, direction, scattered): (Continuation, Vec3, Option<Scattered>),
     ) -> [Target; 2] {
-        let both_go_on = matches!((mirrored, passed), (Fate::GoesOn(_), Fate::GoesOn(_)));
+        let both_go_on = matches!((mirrored, passed), (Continuation::Surface(_), Continuation::Surface(_)));
         let other = if both_go_on {
             let Some(slot) = self.free.pop() else { unreachable!("one slot a level") };
             slot
@@ -229,9 +233,9 @@ impl<'a> Tracer<'a> {
         [self.target(mirrored, other, mirror, None), self.target(passed, path.slot, direction, scattered)]
     }
 
-    /// Refers the path's Stokes vector to the plane of incidence of the film it meets.
+    /// Rotates the frame of the path's Stokes vector into the plane of incidence of the film it meets.
     #[inline(always)]
-    pub(super) fn turn_to_plane<S: Simd>(&mut self, simd: S, path: &mut Path) {
+    pub(super) fn rotate_stokes_frame<S: Simd>(&mut self, simd: S, path: &mut Path) {
         let across = path.hit.normal.cross(path.direction);
         let sine2 = across.length_squared();
         if sine2 < 1e-12 {
@@ -247,8 +251,8 @@ impl<'a> Tracer<'a> {
         let scale = 1.0 / sine2.sqrt();
         let (cos, sin) = (across.dot(path.axis) * scale, along_p * scale);
         path.axis = across * scale;
-        if path.is_natural {
-            // Natural light looks the same in every frame.
+        if path.is_unpolarized {
+            // Unpolarised light looks the same in every frame.
             return;
         }
         let (cos2, sin2) = ((cos * cos - sin * sin) as f32, (2.0 * cos * sin) as f32);
@@ -293,8 +297,8 @@ impl<'a> Tracer<'a> {
             let s = self.arena[self.at(path.slot, 0, block)].load(simd);
             let p = self.arena[self.at(path.slot, 1, block)].load(simd);
             let (back_s, back_p) = (s * r_s, p * r_p);
-            xyz = self.put(simd, to[0], block, back_s, back_p, xyz);
-            xyz = self.put(simd, to[1], block, s - back_s, p - back_p, xyz);
+            xyz = self.splat(simd, to[0], block, back_s, back_p, xyz);
+            xyz = self.splat(simd, to[1], block, s - back_s, p - back_p, xyz);
             let weight = spectra.importance[block].load(simd);
             mirrored_y = weight.mul_add(back_s + back_p, mirrored_y);
             all_y = weight.mul_add(s + p, all_y);
@@ -388,7 +392,7 @@ impl<'a> Tracer<'a> {
                 out = Beam { s: out.s * weight, p: out.p * weight, u: out.u * weight, v: out.v * weight };
                 xyz = self.add_mean(simd, block, (before - (out.s + out.p)) * expected, xyz);
             }
-            xyz = self.put(simd, to[branch], block, out.s, out.p, xyz);
+            xyz = self.splat(simd, to[branch], block, out.s, out.p, xyz);
             if let (Target::Slot(slot), false) = (to[branch], path.in_plane) {
                 let (u_at, v_at) = (self.at(slot, 2, block), self.at(slot, 3, block));
                 self.arena[u_at].store(out.u);

@@ -42,10 +42,10 @@ fn over_plates(index: Complex64, plates: &[Plate]) -> (Vec<f64>, Vec<[f64; 2]>) 
             axis: frame(direction).0,
             slot: 0,
             hits: 0,
-            within: Within::default(),
+            medium: MediumStack::default(),
             floor: 0.0,
             in_plane: true,
-            is_natural: true,
+            is_unpolarized: true,
             band: None,
             is_scattered: false,
         };
@@ -57,10 +57,10 @@ fn over_plates(index: Complex64, plates: &[Plate]) -> (Vec<f64>, Vec<[f64; 2]>) 
             let (sin, cos) = plate.angle.sin_cos();
             path.hit.normal = across * sin - path.direction * cos;
             let before = path.axis;
-            tracer.turn_to_plane(simd, &mut path);
+            tracer.rotate_stokes_frame(simd, &mut path);
             turns.push([path.axis.dot(before), path.axis.dot(light.cross(before))]);
             path.hits += 1;
-            path.is_natural = false;
+            path.is_unpolarized = false;
             let mut sums = Sums([f32x16::splat(simd, 0.0); 3]);
             let (kept, other) = (path.slot, 1 - path.slot);
             let to = if plate.mirrored { [other, kept] } else { [kept, other] };

@@ -1,12 +1,12 @@
 //! What only rays can tell is wrong with a scene.
 
 use crate::framebuffer::RenderError;
-use crate::media::{DEEPEST, SURROUNDING};
+use crate::medium_stack::{DEEPEST, SURROUNDING};
 use crate::prepare::{Material, Prepared};
 
 /// Why a pixel could not be finished.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Trouble {
+pub enum PathFailure {
     /// It shows finer fringes than the spectra resolve: this level would do.
     NeedsLevel(usize),
     /// A ray came to an object in another medium than the one that the object lies in.
@@ -15,14 +15,14 @@ pub enum Trouble {
     TooDeep { object: usize },
 }
 
-/// What a scene is told whose rays run into trouble.
-pub fn complaint(scene: &Prepared, trouble: Trouble) -> RenderError {
+/// What a scene is told whose rays fail.
+pub fn describe(scene: &Prepared, failure: PathFailure) -> RenderError {
     let medium = |number: u8| match number {
         SURROUNDING => "air".to_owned(),
         _ => format!("\"{}\"", scene.media.name(number)),
     };
-    match trouble {
-        Trouble::WrongMedium { object, is_in, expected } => {
+    match failure {
+        PathFailure::WrongMedium { object, is_in, expected } => {
             let name = &scene.names[object];
             let (key, why) = match &scene.materials[object] {
                 Material::Film(_) => ("film.outside", "lies in"),
@@ -39,14 +39,14 @@ pub fn complaint(scene: &Prepared, trouble: Trouble) -> RenderError {
                 key,
             }
         }
-        Trouble::TooDeep { object } => RenderError::Scene {
+        PathFailure::TooDeep { object } => RenderError::Scene {
             message: format!(
                 "object \"{}\": more than {DEEPEST} media lie within one another where a ray enters it",
                 scene.names[object]
             ),
             key: format!("object.{}", scene.names[object]),
         },
-        Trouble::NeedsLevel(level) => {
+        PathFailure::NeedsLevel(level) => {
             RenderError::Resource(format!("spectra of level {level} are needed, which were not prepared"))
         }
     }

@@ -7,11 +7,11 @@
 
 use crate::camera::Ray;
 use crate::geometry::{Shape, nearest_of};
-use crate::media::Within;
+use crate::medium_stack::MediumStack;
 use crate::vector::Vec3;
 
 /// The media around a point; `bodies` are the media behind the shapes, where there are any.
-pub fn within(shapes: &[Shape], bodies: &[Option<u8>], point: Vec3) -> Within {
+pub fn enclosing_media(shapes: &[Shape], bodies: &[Option<u8>], point: Vec3) -> MediumStack {
     let up = Vec3::new(0.0, 1.0, 0.0);
     let normals = shapes.iter().zip(bodies).filter_map(|(shape, body)| match (shape, body) {
         (Shape::Plane { normal, .. }, Some(_)) => Some(*normal),
@@ -25,7 +25,7 @@ pub fn within(shapes: &[Shape], bodies: &[Option<u8>], point: Vec3) -> Within {
         }
     }
     // The innermost was left first.
-    most.iter().rev().try_fold(Within::default(), |within, &medium| within.entered(medium)).unwrap_or_default()
+    most.iter().rev().try_fold(MediumStack::default(), |stack, &medium| stack.entered(medium)).unwrap_or_default()
 }
 
 /// The media that a straight line leaves without having entered them, in that order.
@@ -64,11 +64,11 @@ mod tests {
 
     fn media(shapes: &[Shape], bodies: &[u8], y: f64) -> Vec<u8> {
         let bodies: Vec<Option<u8>> = bodies.iter().map(|&medium| Some(medium)).collect();
-        let mut within = within(shapes, &bodies, Vec3::new(0.1, y, 0.0));
+        let mut medium = enclosing_media(shapes, &bodies, Vec3::new(0.1, y, 0.0));
         let mut found = Vec::new();
-        while within != Within::default() {
-            found.push(within.innermost());
-            within = within.left();
+        while medium != MediumStack::default() {
+            found.push(medium.innermost());
+            medium = medium.left();
         }
         found
     }

@@ -15,12 +15,12 @@ const OPAQUE_K: f64 = 1e-3;
 ///
 /// Eight bytes: every path carries one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Within {
+pub struct MediumStack {
     media: [u8; DEEPEST],
     depth: u8,
 }
 
-impl Within {
+impl MediumStack {
     #[inline(always)]
     pub fn innermost(&self) -> u8 {
         if self.depth == 0 { SURROUNDING } else { self.media[self.depth as usize - 1] }
@@ -28,7 +28,7 @@ impl Within {
 
     /// One medium deeper; `None` beyond the deepest nesting.
     #[inline(always)]
-    pub fn entered(mut self, medium: u8) -> Option<Within> {
+    pub fn entered(mut self, medium: u8) -> Option<MediumStack> {
         *self.media.get_mut(self.depth as usize)? = medium;
         self.depth += 1;
         Some(self)
@@ -36,7 +36,7 @@ impl Within {
 
     /// Out of the innermost medium.
     #[inline(always)]
-    pub fn left(mut self) -> Within {
+    pub fn left(mut self) -> MediumStack {
         self.depth = self.depth.saturating_sub(1);
         if let Some(last) = self.media.get_mut(self.depth as usize) {
             *last = SURROUNDING;
@@ -100,11 +100,11 @@ mod tests {
 
     #[test]
     fn media_are_entered_and_left_in_order() {
-        let inside = Within::default().entered(3).unwrap().entered(5).unwrap();
+        let inside = MediumStack::default().entered(3).unwrap().entered(5).unwrap();
         assert_eq!((inside.innermost(), inside.left().innermost()), (5, 3));
-        assert_eq!(inside.left().left(), Within::default());
-        assert_eq!(Within::default().left().innermost(), SURROUNDING);
-        let deepest = (0..DEEPEST).try_fold(Within::default(), |within, i| within.entered(i as u8 + 1)).unwrap();
+        assert_eq!(inside.left().left(), MediumStack::default());
+        assert_eq!(MediumStack::default().left().innermost(), SURROUNDING);
+        let deepest = (0..DEEPEST).try_fold(MediumStack::default(), |medium, i| medium.entered(i as u8 + 1)).unwrap();
         assert_eq!(deepest.entered(9), None);
     }
 

@@ -1,4 +1,4 @@
-//! Paths on their way out to the lights that depend on direction, sixteen at a time.
+//! Paths that escape to the lights that depend on direction, sixteen at a time.
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 
@@ -6,7 +6,8 @@ use super::{Sums, Tracer};
 use crate::lanes::{LANES, Lanes};
 use crate::vector::Vec3;
 
-/// What of the light that a path meets outside is its own, where another way of looking finds the rest.
+/// Weights of a path in multiple importance sampling: what of the light out there is its own, where light sampling finds
+/// the rest.
 #[derive(Debug, Clone, Copy)]
 pub struct Share {
     /// Of the maps.
@@ -15,8 +16,8 @@ pub struct Share {
     pub sun: Option<usize>,
 }
 
-/// Paths that are leaving the scene.
-pub struct Leaving {
+/// Paths that have escaped from the scene.
+pub struct Escaped {
     directions: [Lanes; 3],
     shares: [Share; LANES],
     /// Sum of s and p weights: spectrum of path i from `i * blocks`. Empty for paths that met nothing.
@@ -24,10 +25,10 @@ pub struct Leaving {
     pub count: usize,
 }
 
-impl Leaving {
-    pub fn new(blocks: usize) -> Leaving {
+impl Escaped {
+    pub fn new(blocks: usize) -> Escaped {
         // Unused lanes look somewhere harmless.
-        Leaving {
+        Escaped {
             directions: [Lanes::ZERO, Lanes::ONE, Lanes::ZERO],
             shares: [Share { maps: 1.0, sun: None }; LANES],
             carried: vec![Lanes::ZERO; blocks * LANES],
@@ -50,41 +51,41 @@ impl Tracer<'_> {
     /// Makes room for a few more paths.
     #[inline(always)]
     pub(super) fn make_room<S: Simd>(&mut self, simd: S, paths: usize) {
-        if self.leaving.count + paths > LANES {
-            self.reach_lights(simd);
+        if self.escaped.count + paths > LANES {
+            self.add_environment(simd);
         }
     }
 
-    /// Looks up the lights for the paths that have left.
+    /// Adds the environment for the paths that have escaped.
     #[inline(always)]
-    pub(super) fn reach_lights<S: Simd>(&mut self, simd: S) {
-        if self.leaving.count == 0 {
+    pub(super) fn add_environment<S: Simd>(&mut self, simd: S) {
+        if self.escaped.count == 0 {
             return;
         }
         let lights = &self.spectra.lights;
-        let [red, green, blue] = lights.map_rgb(simd, &self.leaving.directions);
+        let [red, green, blue] = lights.map_rgb(simd, &self.escaped.directions);
         let mut xyz = [f32x16::splat(simd, 0.0); 3];
-        for path in 0..self.leaving.count {
-            let Share { maps, sun } = self.leaving.shares[path];
+        for path in 0..self.escaped.count {
+            let Share { maps, sun } = self.escaped.shares[path];
             let rgb = [red[path] * maps, green[path] * maps, blue[path] * maps];
             for block in 0..self.blocks {
-                let carried = self.leaving.carried[path * self.blocks + block].load(simd);
+                let carried = self.escaped.carried[path * self.blocks + block].load(simd);
                 xyz = lights.add_map(simd, block, carried, rgb, xyz);
             }
             if let Some(sun) = sun {
                 for block in 0..self.blocks {
-                    let carried = self.leaving.carried[path * self.blocks + block].load(simd);
+                    let carried = self.escaped.carried[path * self.blocks + block].load(simd);
                     xyz = lights.add_sun(simd, sun, block, carried, xyz);
                 }
             }
         }
-        self.leaving.count = 0;
+        self.escaped.count = 0;
         self.add(&Sums(xyz));
     }
 
     /// The same for camera rays that met nothing.
     #[inline(always)]
-    pub(super) fn reach_lights_bare<S: Simd>(&mut self, simd: S) {
+    pub(super) fn add_environment_unscattered<S: Simd>(&mut self, simd: S) {
         if self.bare.count == 0 {
             return;
         }

@@ -1,13 +1,14 @@
-//! Which branches go on: all that matter, the others by chance, none without being made up for.
+//! Which branches go on: Russian roulette with the mean light as a control variate.
 //!
-//! Every choice is made against the scene's mean light: what the branch would find if its surroundings had their mean
-//! radiance is added for certain, and only the difference from that is left to chance.
+//! All branches that matter go on, the others survive with a probability and are weighted by its inverse. The control
+//! variate: what the branch would find if its surroundings had their mean radiance is added for certain, and only the
+//! difference from that is left to chance.
 
 use fearless_simd::Simd;
 
-use super::{FAINT, Fate, LATE_CHANCE, Path, Sums, Target, Tracer};
+use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Sums, Target, Tracer};
 use crate::geometry::Hit;
-use crate::media::Within;
+use crate::medium_stack::MediumStack;
 use crate::sampler::Choices;
 use crate::vector::Vec3;
 
@@ -17,7 +18,7 @@ const LONG_WALK: u32 = 100;
 /// How the branch that passes a surface goes on.
 pub(super) struct Onward {
     pub direction: Vec3,
-    pub within: Within,
+    pub medium: MediumStack,
     pub band: Option<u8>,
     pub is_scattered: bool,
 }
@@ -25,7 +26,7 @@ pub(super) struct Onward {
 impl Onward {
     #[inline(always)]
     fn take(&self, path: &mut Path, hit: Hit) {
-        (path.direction, path.hit, path.within) = (self.direction, hit, self.within);
+        (path.direction, path.hit, path.medium) = (self.direction, hit, self.medium);
         (path.band, path.is_scattered) = (self.band, self.is_scattered);
     }
 }
@@ -40,7 +41,7 @@ impl Tracer<'_> {
         &mut self,
         simd: S,
         path: &mut Path,
-        fates: [Fate; 2],
+        continuations: [Continuation; 2],
         to: [Target; 2],
         mirror: Vec3,
         onward: &Onward,
@@ -48,18 +49,18 @@ impl Tracer<'_> {
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) -> bool {
-        match fates {
-            [Fate::GoesOn(mirrored_hit), Fate::GoesOn(passed_hit)] => {
+        match continuations {
+            [Continuation::Surface(mirrored_hit), Continuation::Surface(passed_hit)] => {
                 let Target::Slot(slot) = to[0] else { unreachable!("what goes on has a slot") };
                 let mirrored = Path { direction: mirror, hit: mirrored_hit, slot, is_scattered: false, ..*path };
                 onward.take(path, passed_hit);
                 self.follow_both(simd, path, mirrored, [mirrored_y, passed_y], sums, choices)
             }
-            [Fate::GoesOn(hit), _] => {
+            [Continuation::Surface(hit), _] => {
                 (path.direction, path.hit, path.is_scattered) = (mirror, hit, false);
                 self.survives(simd, path, mirrored_y, sums, choices)
             }
-            [_, Fate::GoesOn(hit)] => {
+            [_, Continuation::Surface(hit)] => {
                 onward.take(path, hit);
                 self.survives(simd, path, passed_y, sums, choices)
             }
@@ -121,7 +122,7 @@ impl Tracer<'_> {
         self.survives(simd, path, sum, sums, choices)
     }
 
-    /// Whether a branch of this luminance goes on; if it does so by luck, its weight makes up for it.
+    /// Whether a branch of this luminance survives Russian roulette; its weight is divided by the probability.
     #[inline(always)]
     pub(super) fn survives<S: Simd>(
         &mut self,
@@ -132,13 +133,13 @@ impl Tracer<'_> {
         choices: &mut Choices,
     ) -> bool {
         if path.hits == self.scene.max_depth {
-            // From here on the walk is a game of chance at the luminance it has now. A fixed chance would not do: at
+            // From here on the walk is a game of roulette at the luminance it has now. A fixed probability would not do: at
             // grazing angles hardly anything is lost at a hit, and weights would grow without bound.
             path.floor = luminance.max(FAINT);
         }
         if path.hits > self.scene.max_depth.saturating_add(LONG_WALK) {
             // Nearly all of the light stays on a walk that is still going: where total reflection keeps it in, for ever.
-            path.floor = path.floor.max(luminance / LATE_CHANCE);
+            path.floor = path.floor.max(luminance / LATE_SURVIVAL);
         }
         if luminance >= path.floor {
             return true;
@@ -154,7 +155,7 @@ impl Tracer<'_> {
         survives
     }
 
-    /// Adds what a path is expected to find: the lights' mean radiance, or what a matt surface makes of it.
+    /// Adds what a path is expected to find: the lights' mean radiance, or what a diffuse surface makes of it.
     #[inline(always)]
     fn add_mean_light<S: Simd>(&self, simd: S, path: &Path, factor: f32, sums: &mut Sums<S>) {
         let factor = factor * self.scene.expected_shares[path.hit.object];
