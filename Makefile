@@ -14,7 +14,9 @@ PYTEST := $(BIN)/python -m pytest --doctest-modules --pyargs python/tests irides
 PYTEST_ARGS ?=
 CARGO_ARGS ?= --locked
 
-.PHONY: help test quick lint lint-rust lint-python test-rust test-python build bench wheel wheel-check images clean
+READERS := .readers
+
+.PHONY: help readers test-readers test quick lint lint-rust lint-python test-rust test-python build bench wheel wheel-check images clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -40,6 +42,20 @@ lint-python: $(VENV)/tools
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+# The programs that read what `iridesce export` writes. Blender's module pins an old numpy: it has an environment of its own.
+# Beside these: node with npm, chromium, glslangValidator (Debian: nodejs npm chromium glslang-tools).
+readers: $(VENV)/tools ## install the programs that the tests of exports are read by, into .readers and the test environment
+	$(BIN)/python -c 'import tomllib; d = tomllib.load(open("pyproject.toml", "rb")); \
+		print(*d["project"]["optional-dependencies"]["readers"], sep="\n")' > $(VENV)/readers.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r $(VENV)/readers.txt
+	mkdir -p $(READERS)
+	npm install --silent --no-audit --no-fund --prefix $(READERS) gltf-validator@2.0.0-dev.3.10 three@0.187 playwright-core
+	test -x $(READERS)/bpy/bin/python || $(PYTHON) -m venv $(READERS)/bpy
+	$(READERS)/bpy/bin/python -m pip install --quiet --disable-pip-version-check bpy==5.0.1
+
+test-readers: build readers ## the tests of exports with every reader required
+	IRIDESCE_REQUIRE_READERS=1 $(BIN)/python -m pytest python/tests/exchange $(PYTEST_ARGS)
 
 test-rust:
 	cargo test --workspace $(CARGO_ARGS)

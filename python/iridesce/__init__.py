@@ -9,12 +9,14 @@ from iridesce._moved import keep_old_names
 
 if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines below
     from iridesce import color as color
+    from iridesce import exchange as exchange
     from iridesce import plot as plot
     from iridesce import thickness as thickness
     from iridesce._core import __version__ as __version__
     from iridesce.color.color_table import ColorTable as ColorTable
     from iridesce.errors import ResourceError as ResourceError
     from iridesce.errors import SceneError as SceneError
+    from iridesce.exchange import export as export
     from iridesce.image import Image as Image
     from iridesce.inverse import fit as fit
     from iridesce.inverse.fit import fit_thickness as fit_thickness
@@ -40,8 +42,9 @@ _HOME = {
     "ColorTable": "color.color_table",
     "Image": "image",
     "render": "rendering",
+    "export": "exchange",
 }
-_MODULES = {"color", "fit", "plot", "thickness"}
+_MODULES = {"color", "exchange", "fit", "plot", "thickness"}
 
 __all__ = sorted([*_HOME, *_MODULES])
 

@@ -32,7 +32,7 @@ def main() -> None:
     """
     try:
         from iridesce.cli.commands import app
-        from iridesce.cli.verbs import animate, chart, fit, flow, media  # noqa: F401  (they add verbs)
+        from iridesce.cli.verbs import animate, chart, exchange, fit, flow, media  # noqa: F401  (they add verbs)
 
         app(prog_name="iridesce")
     except KeyboardInterrupt:
