@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
+use iridesce::files;
 use iridesce::optics::color::{
-    self, Adaptation, ColorRequest, ColorTableRequest, ColorTableShape, Model, Observer, Quantity, Space, gamut,
+    self, Adaptation, ColorRequest, ColorTableRequest, Model, Observer, Quantity, Space, gamut,
 };
 use iridesce::optics::{OpticsError, Polarization};
 use iridesce::render::Progress;
-use iridesce::render::image::{self, Fact, Table};
 use numpy::{PyReadonlyArray1, PyReadwriteArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -21,11 +21,6 @@ use crate::render::{PyFact, beside, facts, image_error};
 const POINTS_PER_LOOK: usize = 1 << 20;
 /// Points a task where colours are converted.
 const CHUNK: usize = 4096;
-/// What the planes of a file are called, in the order of a node's numbers (the fourth and the last are no more than padding).
-const PLANES: [(&str, usize); 6] =
-    [("XYZ.X", 0), ("XYZ.Y", 1), ("XYZ.Z", 2), ("slope.X", 4), ("slope.Y", 5), ("slope.Z", 6)];
-const KIND: &str = "iridesce colour table 1";
-
 /// A table read from a file, and the words that were saved with it.
 type ReadTable = (ColorTable, Vec<(String, String)>);
 /// A table to be saved, the name of its part of the file, and the facts to save with it.
@@ -181,80 +176,14 @@ impl ColorTable {
 /// The tables in the bytes of an EXR file, each with the words that were saved with it.
 #[pyfunction]
 fn color_tables_read(py: Python<'_>, bytes: &[u8]) -> PyResult<Vec<ReadTable>> {
-    let tables = py.detach(|| image::read_tables(bytes)).map_err(image_error)?;
-    tables.into_iter().map(read_one).collect()
-}
-
-fn read_one(table: Table) -> PyResult<ReadTable> {
-    let fact = |name: &str| table.facts.iter().find(|(known, _)| known == name).map(|(_, fact)| fact);
-    if fact("kind") != Some(&Fact::Text(KIND.into())) {
-        return Err(PyValueError::new_err(format!("it is no colour table: its attribute \"kind\" is not {KIND:?}")));
-    }
-    let number = |name: &str| match fact(name) {
-        Some(Fact::Number(value)) => Ok(*value),
-        _ => Err(PyValueError::new_err(format!("the colour table lacks the number {name:?}"))),
-    };
-    let shape = ColorTableShape {
-        rows: table.height,
-        columns: table.width,
-        range_nm: [number("thickness_nm_from")?, number("thickness_nm_to")?],
-        range_deg: [number("angle_deg_from")?, number("angle_deg_to")?],
-        inverse_square: number("inverse_square")?,
-        white: [number("white_x")?, 1.0, number("white_z")?],
-        max_delta_e: number("max_delta_e")?,
-        mean_delta_e: number("mean_delta_e")?,
-        probes: number("probes")? as usize,
-    };
-    let mut nodes = vec![[0.0; 8]; table.width * table.height];
-    for (name, place) in PLANES {
-        let plane = table.planes.iter().find(|(known, _)| known == name);
-        let (_, values) =
-            plane.ok_or_else(|| PyValueError::new_err(format!("the colour table lacks the channel {name:?}")))?;
-        nodes.iter_mut().zip(values).for_each(|(node, value)| node[place] = *value);
-    }
-    let inner = color::ColorTable::from_nodes(shape, nodes).map_err(value_error)?;
-    let words = table.facts.into_iter().filter_map(|(name, fact)| match fact {
-        Fact::Text(text) => Some((name, text)),
-        _ => None,
-    });
-    Ok((ColorTable { inner }, words.collect()))
+    let tables = py.detach(|| files::read_color_tables(bytes)).map_err(image_error)?;
+    Ok(tables.into_iter().map(|(inner, words)| (ColorTable { inner }, words)).collect())
 }
 
 /// Writes tables into one EXR file, a part each, with their names and facts.
 #[pyfunction]
 fn color_tables_save(py: Python<'_>, path: PathBuf, tables: Vec<SavedTable<'_>>) -> PyResult<()> {
-    let tables: Vec<Table> =
-        tables.into_iter().map(|(table, name, words)| part(&table.inner, name, facts(words))).collect();
-    beside(py, None, |shared| image::write_tables(&path, &tables, &|| shared.cancelled()))?.map_err(image_error)
-}
-
-fn part(table: &color::ColorTable, name: String, mut facts: Vec<(String, Fact)>) -> Table {
-    let (shape, nodes) = (table.shape(), table.nodes());
-    let mut planes: Vec<(String, Vec<f32>)> = PLANES
-        .iter()
-        .map(|(name, place)| ((*name).to_owned(), nodes.iter().map(|node| node[*place]).collect()))
-        .collect();
-    // Linear Rec.709, so that every viewer shows the colours.
-    if let Some(rgb_from_xyz) = Space::LinearSrgb.rgb_from_xyz() {
-        for (name, row) in ["R", "G", "B"].into_iter().zip(rgb_from_xyz) {
-            let dot = |node: &[f32; 8]| (0..3).map(|i| row[i] * f64::from(node[i])).sum::<f64>() as f32;
-            planes.push((name.to_owned(), nodes.iter().map(dot).collect()));
-        }
-    }
-    facts.push(("kind".to_owned(), Fact::Text(KIND.into())));
-    for (name, value) in [
-        ("thickness_nm_from", shape.range_nm[0]),
-        ("thickness_nm_to", shape.range_nm[1]),
-        ("angle_deg_from", shape.range_deg[0]),
-        ("angle_deg_to", shape.range_deg[1]),
-        ("inverse_square", shape.inverse_square),
-        ("white_x", shape.white[0]),
-        ("white_z", shape.white[2]),
-        ("max_delta_e", shape.max_delta_e),
-        ("mean_delta_e", shape.mean_delta_e),
-        ("probes", shape.probes as f64),
-    ] {
-        facts.push((name.to_owned(), Fact::Number(value)));
-    }
-    Table { name, width: shape.columns, height: shape.rows, planes, facts }
+    let tables: Vec<_> = tables.into_iter().map(|(table, name, words)| (table, name, facts(words))).collect();
+    let tables: Vec<_> = tables.iter().map(|(table, name, facts)| (&table.inner, name.as_str(), &facts[..])).collect();
+    beside(py, None, |shared| files::write_color_tables(&path, &tables, &|| shared.cancelled()))?.map_err(image_error)
 }

@@ -9,8 +9,9 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
+use iridesce::files::{self, BitDepth, Fact, FileError, OutputSpace, Planes};
 use iridesce::optics::color::gamut::Mapping;
-use iridesce::render::image::{self, BitDepth, Development, Fact, ImageError, OutputSpace, Planes};
+use iridesce::render::image::{self, Development};
 use iridesce::render::{Framebuffer, Progress, RenderError, RenderOptions, simd_level};
 use iridesce::scene::{Scene as CoreScene, SceneError};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
@@ -108,9 +109,9 @@ fn render_error(py: Python<'_>, scene: &CoreScene, error: RenderError) -> PyErr 
 }
 
 /// `OSError` with its errno, so that Python makes it `FileNotFoundError`, `PermissionError` and so on.
-pub(crate) fn image_error(error: ImageError) -> PyErr {
+pub(crate) fn image_error(error: FileError) -> PyErr {
     match error {
-        ImageError::Write { path, source } => {
+        FileError::Write { path, source } => {
             let errno = source.raw_os_error().unwrap_or(match source.kind() {
                 ErrorKind::NotFound => 2,
                 ErrorKind::PermissionDenied => 13,
@@ -123,7 +124,7 @@ pub(crate) fn image_error(error: ImageError) -> PyErr {
             });
             PyOSError::new_err((errno, format!("cannot write the picture: {source}"), path.into_os_string()))
         }
-        ImageError::Cancelled => PyRuntimeError::new_err(error.to_string()),
+        FileError::Cancelled => PyRuntimeError::new_err(error.to_string()),
         _ => PyValueError::new_err(error.to_string()),
     }
 }
@@ -227,7 +228,7 @@ fn save_png(
     let (width, height) = sides(rgb.shape())?;
     let (values, facts) = (rgb.as_slice()?, facts(facts_));
     beside(py, None, |shared| {
-        image::write_png(&path, width, height, values, bits, space, &facts, &|| shared.cancelled())
+        files::write_png(&path, width, height, values, bits, space, &facts, &|| shared.cancelled())
     })?
     .map_err(image_error)
 }
@@ -237,7 +238,7 @@ fn png_bytes(py: Python<'_>, rgb: PyReadonlyArray3<'_, f32>, space: &str) -> PyR
     let space = OutputSpace::named(space).map_err(image_error)?;
     let (width, height) = sides(rgb.shape())?;
     let values = rgb.as_slice()?;
-    py.detach(|| image::png_bytes(width, height, values, space)).map_err(image_error)
+    py.detach(|| files::png_bytes(width, height, values, space)).map_err(image_error)
 }
 
 #[pyfunction]
@@ -260,19 +261,19 @@ fn save_exr(
         normal: normal.as_slice()?,
     };
     let facts = facts(facts_);
-    beside(py, None, |shared| image::write_exr(&path, &planes, &facts, &|| shared.cancelled()))?.map_err(image_error)
+    beside(py, None, |shared| files::write_exr(&path, &planes, &facts, &|| shared.cancelled()))?.map_err(image_error)
 }
 
 /// Raises what saving to this path would raise.
 #[pyfunction]
 fn check_output(path: PathBuf) -> PyResult<()> {
-    image::check_output(Path::new(&path)).map_err(image_error)
+    files::check_output(Path::new(&path)).map_err(image_error)
 }
 
 /// Writes a file, whole or not at all.
 #[pyfunction]
 fn write_file(py: Python<'_>, path: PathBuf, bytes: &[u8]) -> PyResult<()> {
-    py.detach(|| image::write_bytes(Path::new(&path), bytes)).map_err(image_error)
+    py.detach(|| files::write_bytes(Path::new(&path), bytes)).map_err(image_error)
 }
 
 /// Adds this stage's names to `_core`.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use iridesce::scene::{read_thickness_map, thickness_exr};
+use iridesce::files::{read_thickness_map, thickness_exr};
 use iridesce::thickness::{ThicknessError, ThicknessMap as InnerMap, ThicknessModel};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,

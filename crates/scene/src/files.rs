@@ -3,11 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::disk::read_whole;
+use iridesce_files::{EnvironmentMap, Grid, MAX_GRID_BYTES, decode_environment, decode_thickness, quoted, read_whole};
+
 use crate::error::SceneError;
-use crate::grid::{self, Grid, MAX_GRID_BYTES};
-use crate::map::{EnvironmentMap, decode};
-use crate::tree::quoted;
 
 /// Largest file of a map: the largest map in single precision, and then some.
 const MAX_MAP_BYTES: u64 = 4 << 30;
@@ -24,7 +22,7 @@ impl Maps {
     pub fn environment(&mut self, path: &Path, name: &str) -> Result<Arc<EnvironmentMap>, SceneError> {
         read_once(&mut self.environments, path, || {
             read_whole(path, MAX_MAP_BYTES)
-                .and_then(|bytes| decode(&bytes).map(Arc::new))
+                .and_then(|bytes| decode_environment(&bytes).map(Arc::new))
                 .map_err(|why| cannot_be_used(name, "an environment map", &why))
         })
     }
@@ -33,7 +31,7 @@ impl Maps {
     pub fn thickness(&mut self, path: &Path, name: &str) -> Result<Grid, SceneError> {
         read_once(&mut self.thicknesses, path, || {
             read_whole(path, MAX_GRID_BYTES)
-                .and_then(|bytes| grid::decode(&bytes))
+                .and_then(|bytes| decode_thickness(&bytes))
                 .map_err(|why| cannot_be_used(name, "a thickness map", &why))
         })
     }

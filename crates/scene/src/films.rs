@@ -5,10 +5,9 @@
 
 use std::sync::Arc;
 
+use iridesce_files::decode_thickness;
 use iridesce_flow::{self as flow, FlowError, Parameters, Shape};
 use iridesce_thickness::FlowField;
-
-use crate::grid;
 
 /// What one step of a stored film is worth, nm.
 const STEP_NM: f64 = 0.1;
@@ -34,7 +33,7 @@ pub fn field(preset: &str, time_s: f64, seed: u64, columns: Option<usize>) -> Re
 
 fn read(preset: &str, png: &[u8]) -> Option<FlowField> {
     let most_nm = f64::from(u16::MAX) * STEP_NM;
-    let map = grid::decode(png).ok()?.in_range(Some(0.0), Some(most_nm)).ok()?;
+    let map = decode_thickness(png).ok()?.in_range(Some(0.0), Some(most_nm)).ok()?;
     let is_globe = matches!(Parameters::preset(preset).ok()?.shape, Shape::Sphere { .. });
     Some(FlowField::new((*map).clone(), is_globe))
 }

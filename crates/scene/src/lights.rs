@@ -1,12 +1,11 @@
 //! Lights: environments from maps, illuminants, the built-in studio and sky.
 
+use iridesce_files::{MAX_RADIANCE, read_whole};
 use iridesce_optics::color::{Illuminant, illuminant_names};
 
 use crate::defaults;
-use crate::disk::read_whole;
 use crate::error::SceneError;
 use crate::files::Maps;
-use crate::map::MAX_RADIANCE;
 use crate::model::{Environment, EnvironmentSource, Light, Origin};
 use crate::reader::{Table, suggestion};
 use crate::sky::sky;

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use crate::disk::read_whole;
+use iridesce_files::read_whole;
+
 use crate::error::SceneError;
 use crate::files::Maps;
 use crate::model::{Origin, Scene};

@@ -8,7 +8,7 @@ pub use iridesce_thickness::ThicknessModel;
 
 pub use crate::disk::Origin;
 pub use crate::field::ThicknessField;
-pub use crate::map::EnvironmentMap;
+pub use iridesce_files::EnvironmentMap;
 
 use crate::files::Maps;
 use crate::tree::Node;

@@ -1,6 +1,7 @@
 //! A scene as it was written: one tree for TOML, JSON and Python dicts, with the line of every value that has one.
 
 use crate::error::SceneError;
+pub use iridesce_files::quoted;
 
 /// Deepest nesting of tables and lists; scenes need eight.
 pub const MAX_DEPTH: usize = 64;
@@ -139,14 +140,6 @@ impl Node {
             Value::Table(t) => serde_json::Value::Object(t.iter().map(|(k, v)| (k.clone(), v.to_json())).collect()),
             Value::Other(_) => serde_json::Value::Null,
         }
-    }
-}
-
-/// A user's text in quotes, for a message: what would steer a terminal is escaped, what is long is cut.
-pub fn quoted(text: &str) -> String {
-    match text.char_indices().nth(60) {
-        Some(_) => format!("{:?}...", text.chars().take(57).collect::<String>()),
-        None => format!("{text:?}"),
     }
 }
 

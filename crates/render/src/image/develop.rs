@@ -1,81 +1,9 @@
 //! Relative XYZ to encoded RGB: exposure, roll-off of what is too bright, hue-keeping gamut mapping, encoding.
 
+use iridesce_files::{FileError, OutputSpace, Stop};
 use iridesce_optics::color::gamut::{Gamut, HIGHEST, Mapping};
 use iridesce_optics::color::{Adaptation, Matrix, Space};
 use rayon::prelude::*;
-
-use super::{ImageError, Stop};
-
-/// The display spaces a picture can be written in; all have the white D65.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OutputSpace {
-    /// IEC 61966-2-1.
-    Srgb,
-    /// The primaries of DCI-P3 with white and curve of sRGB.
-    DisplayP3,
-    /// ITU-R BT.2020 with its own curve.
-    Rec2020,
-}
-
-impl OutputSpace {
-    /// All of them.
-    pub const ALL: [OutputSpace; 3] = [OutputSpace::Srgb, OutputSpace::DisplayP3, OutputSpace::Rec2020];
-
-    /// The space of that name.
-    pub fn named(name: &str) -> Result<OutputSpace, ImageError> {
-        OutputSpace::ALL.into_iter().find(|space| space.name() == name).ok_or_else(|| {
-            let allowed = OutputSpace::ALL.map(|space| format!("\"{}\"", space.name())).join(", ");
-            ImageError::Argument(format!("space must be one of {allowed}, got {name:?}"))
-        })
-    }
-
-    /// The name it is asked for by.
-    pub fn name(self) -> &'static str {
-        match self {
-            OutputSpace::Srgb => "srgb",
-            OutputSpace::DisplayP3 => "display-p3",
-            OutputSpace::Rec2020 => "rec2020",
-        }
-    }
-
-    /// The name other programs know it by.
-    pub(super) fn title(self) -> &'static str {
-        match self {
-            OutputSpace::Srgb => "sRGB",
-            OutputSpace::DisplayP3 => "Display P3",
-            OutputSpace::Rec2020 => "Rec.2020",
-        }
-    }
-
-    /// ITU-T H.273 code points: primaries, transfer, matrix (0, RGB), full range. `None` for sRGB, which has a chunk
-    /// of its own.
-    pub(super) fn code_points(self) -> Option<[u8; 4]> {
-        match self {
-            OutputSpace::Srgb => None,
-            OutputSpace::DisplayP3 => Some([12, 13, 0, 1]),
-            OutputSpace::Rec2020 => Some([9, 14, 0, 1]),
-        }
-    }
-
-    /// The same in the words of colour.
-    pub(super) fn space(self) -> Space {
-        match self {
-            OutputSpace::Srgb => Space::Srgb,
-            OutputSpace::DisplayP3 => Space::DisplayP3,
-            OutputSpace::Rec2020 => Space::Rec2020,
-        }
-    }
-
-    /// Linear RGB to relative XYZ.
-    pub(super) fn xyz_from_rgb(self) -> Matrix {
-        self.space().xyz_from_rgb().expect("a display space has primaries")
-    }
-
-    /// Relative XYZ to linear RGB.
-    pub(super) fn rgb_from_xyz(self) -> Matrix {
-        self.space().rgb_from_xyz().expect("a display space has primaries")
-    }
-}
 
 /// How to develop.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,12 +39,12 @@ pub struct Developed {
 /// With [`Mapping::Clip`] each component is clipped to [0, 1]: what other programs do, hues shift.
 ///
 /// NaN counts as 0, so that one bad pixel is a black one and not a broken file.
-pub fn develop(xyz: &[f32], how: &Development, stop: Stop<'_>) -> Result<Developed, ImageError> {
+pub fn develop(xyz: &[f32], how: &Development, stop: Stop<'_>) -> Result<Developed, FileError> {
     if !xyz.len().is_multiple_of(3) {
-        return Err(ImageError::Argument(format!("xyz must hold three values a pixel, got {}", xyz.len())));
+        return Err(FileError::Argument(format!("xyz must hold three values a pixel, got {}", xyz.len())));
     }
     if !(-MAX_EXPOSURE..=MAX_EXPOSURE).contains(&how.exposure) {
-        return Err(ImageError::Argument(format!(
+        return Err(FileError::Argument(format!(
             "exposure must be -{MAX_EXPOSURE} to {MAX_EXPOSURE} stops, got {}",
             how.exposure
         )));
@@ -132,7 +60,7 @@ pub fn develop(xyz: &[f32], how: &Development, stop: Stop<'_>) -> Result<Develop
         .zip(xyz.par_chunks(3 * BLOCK))
         .map(|(out, xyz)| {
             if stop() {
-                return Err(ImageError::Cancelled);
+                return Err(FileError::Cancelled);
             }
             let mut counts = (0_u64, 0_u64);
             for (out, xyz) in out.chunks_exact_mut(3).zip(xyz.chunks_exact(3)) {
@@ -166,10 +94,10 @@ const AUTO_TARGET: f64 = 0.9;
 /// p is the 95th percentile of the largest linear Rec.709 component (of a grey, its Y) over the pixels that show a surface
 /// (finite `depth`), or over all pixels where surfaces fill less than a hundredth of the picture: the meter looks at the
 /// films and not at the lamps around them. 0 for a black picture. `depth` is empty or has one value a pixel.
-pub fn auto_exposure(xyz: &[f32], depth: &[f32]) -> Result<f64, ImageError> {
+pub fn auto_exposure(xyz: &[f32], depth: &[f32]) -> Result<f64, FileError> {
     let pixels = xyz.len() / 3;
     if !xyz.len().is_multiple_of(3) || !(depth.is_empty() || depth.len() == pixels) {
-        return Err(ImageError::Argument(format!(
+        return Err(FileError::Argument(format!(
             "xyz must hold three values a pixel and depth one, got {} and {}",
             xyz.len(),
             depth.len()

@@ -3,7 +3,10 @@
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, Layer, ReadChannels, ReadLayers};
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples};
+
+use crate::exr::open_exr;
+use crate::limits::check_size;
 
 /// Largest radiance, as a factor and in a map: their product, summed over any number of samples and wavelengths, stays
 /// within the range of the renderer's single precision (1e38).
@@ -19,11 +22,6 @@ pub struct EnvironmentMap {
     /// Row after row, three floats a texel.
     pub rgb: Vec<f32>,
 }
-
-/// Most texels: 16384 x 8192, 1.5 GiB of floats.
-const MAX_TEXELS: u64 = 1 << 27;
-/// Most samples in all channels of a file, those not needed included: 4 GiB of floats.
-const MAX_SAMPLES: u64 = 1 << 30;
 
 /// Rec.709 primaries and white, CIE 1931 x, y (ITU-R BT.709-6, table 1).
 const REC709: [[f32; 2]; 4] = [[0.640, 0.330], [0.300, 0.600], [0.150, 0.060], [0.3127, 0.3290]];
@@ -68,53 +66,6 @@ fn check_values(map: &EnvironmentMap) -> Result<(), String> {
         ));
     }
     Ok(())
-}
-
-/// Whether a decoder may go on to read that many pixels.
-pub fn check_size(width: usize, height: usize, channels: usize) -> Result<(), String> {
-    if width == 0 || height == 0 {
-        return Err("it has no pixels".into());
-    }
-    let texels = (width as u64).saturating_mul(height as u64);
-    if texels > MAX_TEXELS {
-        return Err(format!("it has {width} x {height} pixels; at most {MAX_TEXELS} (16384 x 8192) are read"));
-    }
-    if texels.saturating_mul(channels as u64) > MAX_SAMPLES {
-        return Err(format!(
-            "it has {channels} channels of {width} x {height} pixels; at most {MAX_SAMPLES} values are read"
-        ));
-    }
-    Ok(())
-}
-
-/// The first valid layer of an OpenEXR file, checked to be a whole picture of a size that can be read.
-pub fn open_exr(bytes: &[u8]) -> Result<Image<Layer<AnyChannels<FlatSamples>>>, String> {
-    let damaged = |error: exr::error::Error| format!("damaged or unsupported OpenEXR ({error})");
-    // The header first: a damaged size must not reserve memory.
-    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
-    for header in &meta.headers {
-        check_size(header.layer_size.x(), header.layer_size.y(), header.channels.list.len())?;
-    }
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(damaged)?;
-    let layer = &image.layer_data;
-    let (width, height) = (layer.size.x(), layer.size.y());
-    let whole = image.attributes.display_window;
-    if (whole.size, whole.position) != (layer.size, layer.attributes.layer_position) {
-        return Err(format!(
-            "only {width} x {height} of its {} x {} pixels are stored, or others beyond them; save it whole",
-            whole.size.x(),
-            whole.size.y()
-        ));
-    }
-    Ok(image)
 }
 
 fn read_exr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
@@ -273,15 +224,6 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn sizes_are_bounded_before_memory_is_asked_for() {
-        assert!(check_size(16384, 8192, 4).is_ok());
-        assert!(check_size(16384, 8193, 1).unwrap_err().contains("at most 134217728"));
-        assert!(check_size(16384, 8192, 9).unwrap_err().contains("9 channels"));
-        assert!(check_size(usize::MAX, usize::MAX, usize::MAX).is_err());
-        assert!(check_size(0, 5, 3).is_err() && check_size(5, 0, 3).is_err());
     }
 
     /// A Radiance HDR file: a shared exponent, `mantissa / 256 * 2^(exponent - 128)`.

@@ -6,7 +6,7 @@ use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer,
 use iridesce_thickness::ThicknessMap;
 
 use super::{Plane, Samples};
-use crate::map::open_exr;
+use crate::exr::open_exr;
 
 /// The channel that thickness maps and rendered pictures call so.
 const CHANNEL: &str = "thickness_nm";

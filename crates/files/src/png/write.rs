@@ -7,8 +7,12 @@ use std::path::Path;
 use png::{ColorType, Encoder, Info, chunk};
 use rayon::prelude::*;
 
-use super::whole_file::write_whole;
-use super::{Fact, Facts, ImageError, OutputSpace, Stop, check_planes, icc};
+use crate::error::{FileError, Stop};
+use crate::facts::{Fact, Facts};
+use crate::icc;
+use crate::limits::check_planes;
+use crate::space::OutputSpace;
+use crate::whole::write_whole;
 
 /// Bits of one channel of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,12 +42,10 @@ pub fn write_png(
     space: OutputSpace,
     facts: &Facts,
     stop: Stop<'_>,
-) -> Result<(), ImageError> {
+) -> Result<(), FileError> {
     check_planes(width, height, &[("rgb", rgb.len(), 3)])?;
     if width.max(height) > MAX_SIDE {
-        return Err(ImageError::Argument(format!(
-            "a PNG has at most {MAX_SIDE} pixels a side, got {width} x {height}"
-        )));
+        return Err(FileError::Argument(format!("a PNG has at most {MAX_SIDE} pixels a side, got {width} x {height}")));
     }
     let bytes = quantize(rgb, bits);
     write_whole(path, stop, |out| {
@@ -54,12 +56,12 @@ pub fn write_png(
 }
 
 /// The same file in memory, 8 bits.
-pub fn png_bytes(width: u32, height: u32, rgb: &[f32], space: OutputSpace) -> Result<Vec<u8>, ImageError> {
+pub fn png_bytes(width: u32, height: u32, rgb: &[f32], space: OutputSpace) -> Result<Vec<u8>, FileError> {
     check_planes(width, height, &[("rgb", rgb.len(), 3)])?;
     let mut file = Vec::new();
     let bytes = quantize(rgb, BitDepth::Eight);
     encode(&mut file, width, height, &bytes, BitDepth::Eight, space, &[])
-        .map_err(|error| ImageError::Argument(format!("no PNG of {width} x {height} pixels: {error}")))?;
+        .map_err(|error| FileError::Argument(format!("no PNG of {width} x {height} pixels: {error}")))?;
     Ok(file)
 }
 
@@ -230,7 +232,7 @@ mod tests {
         assert!(try_it(2, 2, 11).to_string().contains("rgb must hold 12 values for 2 x 2 pixels, got 11"));
         assert!(try_it(0, 2, 0).to_string().contains("got 0 x 2"));
         assert!(try_it(u32::MAX, u32::MAX, 3).to_string().contains("got 3"));
-        assert!(matches!(try_it(1, 1, 3), ImageError::Write { .. }));
+        assert!(matches!(try_it(1, 1, 3), FileError::Write { .. }));
         assert_eq!(quantize(&[f32::NAN, f32::INFINITY, -2.0], BitDepth::Eight), [0, 255, 0]);
         assert_eq!(quantize(&[f32::NAN, 9.0, -2.0], BitDepth::Sixteen), [0, 0, 255, 255, 0, 0]);
     }

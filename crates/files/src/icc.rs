@@ -4,7 +4,7 @@
 
 use iridesce_optics::color::{D65_XY, Matrix, bradford, xyz_of_xy};
 
-use super::OutputSpace;
+use crate::space::OutputSpace;
 
 /// White of the profile connection space, D50, as the specification states it (7.2.16).
 const PCS_WHITE: [f64; 3] = [0.9642, 1.0, 0.8249];

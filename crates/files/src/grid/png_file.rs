@@ -3,7 +3,7 @@
 use std::io::Cursor;
 
 use super::{Plane, Samples, grey};
-use crate::map::check_size;
+use crate::limits::check_size;
 
 /// Most memory for the decoder.
 const MAX_BYTES: usize = 4 << 30;

@@ -9,11 +9,12 @@ use exr::prelude::{
     AnyChannel, AnyChannels, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer, Layers, ReadChannels,
     ReadLayers, Vec2, WritableImage,
 };
-use iridesce_scene::check_size;
 
-use super::exr_file::{ENCODING, attributes, sort_attributes};
-use super::whole_file::write_whole;
-use super::{Fact, ImageError, Stop};
+use super::picture::{ENCODING, attributes, sort_attributes};
+use crate::error::{FileError, Stop};
+use crate::facts::Fact;
+use crate::limits::check_size;
+use crate::whole::write_whole;
 
 /// A file has no more tables than this.
 const MOST_TABLES: usize = 1024;
@@ -34,30 +35,30 @@ pub struct Table {
 }
 
 /// Writes tables, a part of the file each, as a whole EXR file or none.
-pub fn write_tables(path: &Path, tables: &[Table], stop: Stop<'_>) -> Result<(), ImageError> {
+pub fn write_tables(path: &Path, tables: &[Table], stop: Stop<'_>) -> Result<(), FileError> {
     let most = i32::MAX as usize;
     if !(1..=MOST_TABLES).contains(&tables.len()) {
-        return Err(ImageError::Argument(format!("a file takes 1 to {MOST_TABLES} tables, got {}", tables.len())));
+        return Err(FileError::Argument(format!("a file takes 1 to {MOST_TABLES} tables, got {}", tables.len())));
     }
     let mut layers = Layers::new();
     let mut whole = Vec2(0, 0);
     for table in tables {
         let Table { name, width, height, planes, facts } = table;
         if !(1..=most).contains(width) || !(1..=most).contains(height) || planes.is_empty() {
-            return Err(ImageError::Argument(format!(
+            return Err(FileError::Argument(format!(
                 "a table has planes of 1 to {most} columns and rows, got {} of {width} x {height}",
                 planes.len()
             )));
         }
         if let Some((name, values)) = planes.iter().find(|(_, values)| Some(values.len()) != width.checked_mul(*height))
         {
-            return Err(ImageError::Argument(format!(
+            return Err(FileError::Argument(format!(
                 "{name} must hold {width} x {height} values, got {}",
                 values.len()
             )));
         }
         if stop() {
-            return Err(ImageError::Cancelled);
+            return Err(FileError::Cancelled);
         }
         let channels = planes
             .iter()
@@ -65,7 +66,7 @@ pub fn write_tables(path: &Path, tables: &[Table], stop: Stop<'_>) -> Result<(),
             .collect();
         let mut attributes = attributes(facts)?;
         let words = Text::new_or_none(name);
-        let words = words.ok_or_else(|| ImageError::Argument(format!("a part's name is Latin-1, got {name:?}")))?;
+        let words = words.ok_or_else(|| FileError::Argument(format!("a part's name is Latin-1, got {name:?}")))?;
         attributes.layer_name = Some(words);
         whole = Vec2(whole.0.max(*width), whole.1.max(*height));
         layers.push(Layer::new(Vec2(*width, *height), attributes, ENCODING, AnyChannels::sort(channels)));
@@ -84,21 +85,21 @@ pub fn write_tables(path: &Path, tables: &[Table], stop: Stop<'_>) -> Result<(),
 }
 
 /// Reads tables from the bytes of an EXR file; facts of other kinds than ours are left out.
-pub fn read_tables(bytes: &[u8]) -> Result<Vec<Table>, ImageError> {
-    let damaged = |error: exr::error::Error| ImageError::Argument(format!("damaged or unsupported OpenEXR ({error})"));
+pub fn read_tables(bytes: &[u8]) -> Result<Vec<Table>, FileError> {
+    let damaged = |error: exr::error::Error| FileError::Argument(format!("damaged or unsupported OpenEXR ({error})"));
     // The headers first: a damaged size must not reserve memory.
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
     if meta.headers.len() > MOST_TABLES {
         let message = format!("it has {} parts; at most {MOST_TABLES} are read", meta.headers.len());
-        return Err(ImageError::Argument(message));
+        return Err(FileError::Argument(message));
     }
     let mut samples = 0_usize;
     for header in &meta.headers {
         let (width, height, channels) = (header.layer_size.x(), header.layer_size.y(), header.channels.list.len());
         // (All parts together are held to what one may hold.)
         samples = samples.saturating_add(width.saturating_mul(height).saturating_mul(channels));
-        check_size(width, height, channels).map_err(ImageError::Argument)?;
-        check_size(samples, 1, 1).map_err(ImageError::Argument)?;
+        check_size(width, height, channels).map_err(FileError::Argument)?;
+        check_size(samples, 1, 1).map_err(FileError::Argument)?;
     }
     let image = exr::prelude::read()
         .no_deep_data()
@@ -112,14 +113,14 @@ pub fn read_tables(bytes: &[u8]) -> Result<Vec<Table>, ImageError> {
     image.layer_data.iter().map(table_of).collect()
 }
 
-fn table_of(layer: &Layer<AnyChannels<FlatSamples>>) -> Result<Table, ImageError> {
+fn table_of(layer: &Layer<AnyChannels<FlatSamples>>) -> Result<Table, FileError> {
     let (width, height) = (layer.size.x(), layer.size.y());
     let mut planes = Vec::new();
     for channel in &layer.channel_data.list {
         let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
         if values.len() != width * height {
             let message = format!("its channel {} has fewer values than the table has places", channel.name);
-            return Err(ImageError::Argument(message));
+            return Err(FileError::Argument(message));
         }
         planes.push((channel.name.to_string(), values));
     }

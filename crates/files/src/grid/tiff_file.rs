@@ -6,7 +6,7 @@ use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::{PhotometricInterpretation, Tag};
 
 use super::{Plane, Samples};
-use crate::map::check_size;
+use crate::limits::check_size;
 
 /// Most memory for the pixels.
 const MAX_BYTES: usize = 4 << 30;

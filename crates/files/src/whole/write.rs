@@ -4,17 +4,17 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use super::{ImageError, Stop};
+use crate::error::{FileError, Stop};
 
 /// Whether a picture could be written to `path`: its folder exists and takes new files, and what is there already, if
 /// anything, is a plain file. Asked before a long render, so that the answer does not come after it.
-pub fn check_output(path: &Path) -> Result<(), ImageError> {
+pub fn check_output(path: &Path) -> Result<(), FileError> {
     let target = resolve(path)?;
-    temporary_beside(&target).map(drop).map_err(|source| ImageError::write(path, source))
+    temporary_beside(&target).map(drop).map_err(|source| FileError::write(path, source))
 }
 
 /// Writes `bytes` as the file at `path`, whole or not at all.
-pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     write_whole(path, &|| false, |out| out.write_all(bytes))
 }
 
@@ -26,14 +26,14 @@ pub fn write_whole(
     path: &Path,
     stop: Stop<'_>,
     fill: impl FnOnce(&mut Stoppable<'_, &File>) -> io::Result<()>,
-) -> Result<(), ImageError> {
+) -> Result<(), FileError> {
     let target = resolve(path)?;
-    let fail = |source| ImageError::write(path, source);
+    let fail = |source| FileError::write(path, source);
     let temporary = temporary_beside(&target).map_err(fail)?;
     let mut out = Stoppable { inner: temporary.as_file(), stop, stopped: false, failed: None };
     let filled = fill(&mut out);
     if out.stopped || stop() {
-        return Err(ImageError::Cancelled);
+        return Err(FileError::Cancelled);
     }
     // Whoever drops a buffer that cannot be written may lose the error: the file says itself whether it is whole.
     out.failed.map_or(Ok(()), Err).and(filled).map_err(fail)?;
@@ -46,8 +46,8 @@ pub fn write_whole(
 }
 
 /// The file that is really meant: links are followed, so that a rename does not replace the link itself.
-fn resolve(path: &Path) -> Result<PathBuf, ImageError> {
-    let fail = |kind, message: String| Err(ImageError::write(path, io::Error::new(kind, message)));
+fn resolve(path: &Path) -> Result<PathBuf, FileError> {
+    let fail = |kind, message: String| Err(FileError::write(path, io::Error::new(kind, message)));
     let target = if path.is_symlink() {
         match fs::canonicalize(path) {
             Ok(target) => target,
@@ -180,7 +180,7 @@ mod tests {
         let asked = AtomicU32::new(0);
         let stop = || asked.fetch_add(1, Ordering::Relaxed) >= 2;
         let result = write_whole(&path, &stop, |out| out.write_all(&vec![7; 16 << 20]));
-        assert!(matches!(result, Err(ImageError::Cancelled)), "{result:?}");
+        assert!(matches!(result, Err(FileError::Cancelled)), "{result:?}");
         assert!(asked.load(Ordering::Relaxed) <= 4, "the write went on after the stop");
         assert!(names_in(folder.path()).is_empty());
     }

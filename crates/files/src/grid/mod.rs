@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use iridesce_thickness::{ThicknessError, ThicknessMap};
 
-use crate::disk::read_whole;
-use crate::map::check_size;
+use crate::limits::check_size;
+use crate::whole::read_whole;
 
 mod exr_file;
 mod npy;

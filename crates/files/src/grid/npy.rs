@@ -3,8 +3,8 @@
 use exr::prelude::f16;
 
 use super::{Plane, Samples};
-use crate::map::check_size;
-use crate::tree::quoted;
+use crate::limits::check_size;
+use crate::words::quoted;
 
 /// Longest header: a plain two-dimensional array needs a hundred bytes.
 const MAX_HEADER: usize = 65_536;

@@ -10,9 +10,11 @@ use exr::prelude::{
 };
 use rayon::prelude::*;
 
-use super::develop::OutputSpace;
-use super::whole_file::write_whole;
-use super::{Fact, Facts, ImageError, Stop, check_planes};
+use crate::error::{FileError, Stop};
+use crate::facts::{Fact, Facts};
+use crate::limits::check_planes;
+use crate::space::OutputSpace;
+use crate::whole::write_whole;
 
 /// What an EXR holds: borrowed planes of `width * height` pixels, as in `Framebuffer`.
 #[derive(Debug, Clone, Copy)]
@@ -48,7 +50,7 @@ pub(super) const ENCODING: Encoding =
 ///
 /// No exposure is applied. The standard attributes `chromaticities` and `software` are set; facts become attributes of
 /// their own name (`string`, `int`, `double`), `Software` the standard one.
-pub fn write_exr(path: &Path, planes: &Planes<'_>, facts: &Facts, stop: Stop<'_>) -> Result<(), ImageError> {
+pub fn write_exr(path: &Path, planes: &Planes<'_>, facts: &Facts, stop: Stop<'_>) -> Result<(), FileError> {
     let Planes { width, height, xyz, depth, thickness_nm, normal } = *planes;
     check_planes(
         width,
@@ -61,7 +63,7 @@ pub fn write_exr(path: &Path, planes: &Planes<'_>, facts: &Facts, stop: Stop<'_>
         ],
     )?;
     if width.max(height) > i32::MAX as u32 {
-        return Err(ImageError::Argument(format!(
+        return Err(FileError::Argument(format!(
             "an EXR has at most {} pixels a side, got {width} x {height}",
             i32::MAX
         )));
@@ -76,7 +78,7 @@ pub fn write_exr(path: &Path, planes: &Planes<'_>, facts: &Facts, stop: Stop<'_>
     let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
     let mut add = |name: &str, values: &dyn Fn() -> Vec<f32>| {
         if stop() {
-            return Err(ImageError::Cancelled);
+            return Err(FileError::Cancelled);
         }
         channels.push(AnyChannel::new(name, FlatSamples::F32(values())));
         Ok(())
@@ -116,16 +118,16 @@ fn rec709() -> Chromaticities {
     }
 }
 
-pub(super) fn attributes(facts: &Facts) -> Result<LayerAttributes, ImageError> {
+pub(super) fn attributes(facts: &Facts) -> Result<LayerAttributes, FileError> {
     let mut attributes = LayerAttributes::default();
     for (name, fact) in facts {
         let text = |text: &str| {
             Text::new_or_none(text).ok_or_else(|| {
-                ImageError::Argument(format!("{name} must be Latin-1 text for an EXR attribute, got {text:?}"))
+                FileError::Argument(format!("{name} must be Latin-1 text for an EXR attribute, got {text:?}"))
             })
         };
         if name.is_empty() || name.len() > 255 || name.contains('\0') {
-            return Err(ImageError::Argument(format!("an EXR attribute's name has 1 to 255 characters, got {name:?}")));
+            return Err(FileError::Argument(format!("an EXR attribute's name has 1 to 255 characters, got {name:?}")));
         }
         let value = match fact {
             Fact::Text(words) if name == "Software" => {
@@ -307,7 +309,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let picture = picture();
         let result = write_exr(&folder.path().join("x.exr"), &planes(&picture), &[], &|| true);
-        assert!(matches!(result, Err(ImageError::Cancelled)));
+        assert!(matches!(result, Err(FileError::Cancelled)));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }
