@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines b
     from iridesce.errors import ResourceError as ResourceError
     from iridesce.errors import SceneError as SceneError
     from iridesce.exchange import export as export
+    from iridesce.exchange import validate as validate
     from iridesce.image import Image as Image
     from iridesce.inverse import fit as fit
     from iridesce.inverse.fit import fit_thickness as fit_thickness
@@ -43,6 +44,7 @@ _HOME = {
     "Image": "image",
     "render": "rendering",
     "export": "exchange",
+    "validate": "exchange",
 }
 _MODULES = {"color", "exchange", "fit", "plot", "thickness"}
 

@@ -11,11 +11,15 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from iridesce.exchange.exporting import export as export
     from iridesce.exchange.report import ExportReport as ExportReport
+    from iridesce.exchange.validating import ValidationReport as ValidationReport
+    from iridesce.exchange.validating import validate as validate
 
 # No module bears the name of a function: importing it would put the module in the function's place.
 _HOME = {
     "export": "exporting",
     "ExportReport": "report",
+    "ValidationReport": "validating",
+    "validate": "validating",
 }
 
 __all__ = sorted(_HOME)

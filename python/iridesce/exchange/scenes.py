@@ -90,13 +90,13 @@ def thickness_grid(item: Mapping[str, Any], recipe: Mapping[str, Any], unit: str
     if "map" in recipe:
         path = Path(recipe["map"])
         ends = {key: recipe.get(key) for key in ("min_nm", "max_nm")}
-        return ThicknessMap.load(path if path.is_absolute() else folder / path, **ends).thickness_nm
+        return np.asarray(ThicknessMap.load(path if path.is_absolute() else folder / path, **ends).thickness_nm)
     if "flow" in recipe:
         grid = thickness.flow(**recipe["flow"]).map(columns, rows)
         if surface is not None and surface.kind == "cap":
             across, up = globe(surface.points(u, v), surface.middle_of_sphere())
             return np.asarray(grid.sample(across, up))
-        return grid.thickness_nm
+        return np.asarray(grid.thickness_nm)
     if "swirls" in recipe:
         return _by_render(recipe)
     if surface is None:
@@ -117,10 +117,10 @@ def _at_points(recipe: Mapping[str, Any], surface: Surface, points: Floats, unit
     if kind == "gradient":
         low, high = surface.heights()
         height = np.clip((points[..., 1] - low) / (high - low), 0.0, 1.0)
-        return np.asarray(thickness.gradient(**keys).at_height(height))
+        return np.asarray(thickness.gradient(**keys).at_height(height), dtype=np.float64)
     if kind == "wedge":
         named = {f"{key}_point" if key in ("from", "to") else key: value for key, value in keys.items()}
-        return np.maximum(np.asarray(thickness.wedge(**named).at_point(points)), 0.0)
+        return np.asarray(np.maximum(thickness.wedge(**named).at_point(points), 0.0), dtype=np.float64)
     center = np.asarray(surface.keys.get("center", surface.keys.get("point")), dtype=np.float64)
     way = points - center
     if surface.kind == "cap":

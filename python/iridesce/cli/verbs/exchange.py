@@ -1,4 +1,4 @@
-"""The verbs ``lut`` and ``export``: films, and scenes, for other programs."""
+"""The verbs ``lut``, ``export`` and ``validate``: films and scenes for other programs, and whether those are right."""
 
 from __future__ import annotations
 
@@ -107,6 +107,24 @@ def export(
     for path in report.files:
         print(path)
     _note(report.text)
+
+
+@app.command()
+@answers_errors
+def validate(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A picture or table: .exr, .png, .npy.")],
+    chart: Annotated[str, typer.Option("--chart", help="C1 to C9, C8-FL2, ...; see docs/guide/exchange.md.")],
+    as_json: JsonOption = False,
+) -> None:
+    """Compare a renderer's picture of a chart, or a table of colours, with the truth; name the likely cause."""
+    with _reading():
+        from iridesce.exchange import validate as compare
+
+        report = compare(file, chart)
+    if as_json:
+        _print_json(report.to_dict())
+        return
+    print(report.text)
 
 
 def _source(source: str) -> Any:
