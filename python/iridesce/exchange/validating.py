@@ -110,7 +110,7 @@ def validate(picture_or_array: str | os.PathLike[str] | Image | ArrayLike, chart
     >>> flat = ir.Stack(["air", ir.Layer("soap", t), "air"]).color(angle_deg=angle, illuminant="E")
     >>> report = validate(flat, "C1")
     >>> report.cause, round(report.delta_e["mean"], 1)
-    ('illuminant E', 7.1)
+    ('illuminant E', 4.0)
     """
     named = charts_named(chart)
     xyz, reading, table = _read(picture_or_array)
