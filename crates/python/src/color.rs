@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use iridesce::numerics::Watch;
 use iridesce::optics::color::gamut::{Gamut, Mapping};
 use iridesce::optics::color::{
     self, Adaptation, ColorRequest, Dias1991, DiasMatrix, DiasTable, Forced, Grid, Model, Observer, Quantity, Space,
@@ -9,9 +10,10 @@ use iridesce::optics::color::{
 };
 use iridesce::optics::{Complex64, OpticsError, Polarization};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::error::{Error, Result};
+use crate::interrupt::{Long, beside};
 use crate::medium::Medium;
 
 /// Longest time between two looks at Ctrl-C.
@@ -28,29 +30,29 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(delta_e, module)?)?;
     module.add_function(wrap_pyfunction!(map_gamut, module)?)?;
     module.add_function(wrap_pyfunction!(stack_color, module)?)?;
+    module.add_function(wrap_pyfunction!(color_weights, module)?)?;
     module.add_function(wrap_pyfunction!(dias1991_wavelengths, module)?)?;
     module.add_function(wrap_pyfunction!(dias1991, module)?)
 }
 
-fn value_error(error: OpticsError) -> PyErr {
-    PyValueError::new_err(error.to_string())
-}
+/// What optics answers.
+type Answer<T> = std::result::Result<T, OpticsError>;
 
 type Rows<'py> = Bound<'py, PyArray2<f64>>;
 
 /// Rows of three, copied out so that the interpreter may be released.
-fn triples(values: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; 3]>> {
+fn triples(values: &PyReadonlyArray2<'_, f64>) -> Result<Vec<[f64; 3]>> {
     let flat = values.as_slice()?;
     let (rows, rest) = flat.as_chunks::<3>();
     if !rest.is_empty() {
-        return Err(PyValueError::new_err("rows of three values are needed"));
+        return Err(Error::value("rows of three values are needed"));
     }
     Ok(rows.to_vec())
 }
 
-fn rows<'py>(py: Python<'py>, values: Vec<[f64; 3]>) -> PyResult<Rows<'py>> {
+fn rows<'py>(py: Python<'py>, values: Vec<[f64; 3]>) -> Result<Rows<'py>> {
     let count = values.len();
-    values.into_flattened().into_pyarray(py).reshape([count, 3])
+    Ok(values.into_flattened().into_pyarray(py).reshape([count, 3])?)
 }
 
 /// A light source.
@@ -62,13 +64,13 @@ pub struct Illuminant {
 #[pymethods]
 impl Illuminant {
     #[staticmethod]
-    fn named(name: &str) -> PyResult<Illuminant> {
-        color::Illuminant::named(name).map(|inner| Illuminant { inner }).map_err(value_error)
+    fn named(name: &str) -> Result<Illuminant> {
+        Ok(Illuminant { inner: color::Illuminant::named(name)? })
     }
 
     #[staticmethod]
-    fn from_csv(text: &str, label: &str) -> PyResult<Illuminant> {
-        color::Illuminant::from_csv(text, label).map(|inner| Illuminant { inner }).map_err(value_error)
+    fn from_csv(text: &str, label: &str) -> Result<Illuminant> {
+        Ok(Illuminant { inner: color::Illuminant::from_csv(text, label)? })
     }
 
     #[getter]
@@ -85,13 +87,13 @@ impl Illuminant {
         &self,
         py: Python<'py>,
         wavelength_nm: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    ) -> Result<Bound<'py, PyArray1<f64>>> {
         let power: Vec<f64> = wavelength_nm.as_slice()?.iter().map(|&nm| self.inner.power(nm)).collect();
         Ok(power.into_pyarray(py))
     }
 
-    fn white(&self, observer: &str) -> PyResult<[f64; 3]> {
-        let [x, y, z] = self.inner.white(Observer::named(observer).map_err(value_error)?);
+    fn white(&self, observer: &str) -> Result<[f64; 3]> {
+        let [x, y, z] = self.inner.white(Observer::named(observer)?);
         Ok([x / y, 1.0, z / y])
     }
 }
@@ -106,8 +108,8 @@ fn color_matching<'py>(
     py: Python<'py>,
     wavelength_nm: PyReadonlyArray1<'py, f64>,
     observer: &str,
-) -> PyResult<Rows<'py>> {
-    let observer = Observer::named(observer).map_err(value_error)?;
+) -> Result<Rows<'py>> {
+    let observer = Observer::named(observer)?;
     rows(py, wavelength_nm.as_slice()?.iter().map(|&nm| observer.at(nm)).collect())
 }
 
@@ -118,13 +120,13 @@ fn spectrum_to_xyz<'py>(
     values: PyReadonlyArray2<'py, f64>,
     illuminant: PyRef<'py, Illuminant>,
     observer: &str,
-) -> PyResult<Rows<'py>> {
-    let grid = Grid::through(wavelength_nm.as_slice()?).map_err(value_error)?;
-    let observer = Observer::named(observer).map_err(value_error)?;
-    let weights = Weights::new(&grid, &illuminant.inner, observer).map_err(value_error)?;
+) -> Result<Rows<'py>> {
+    let grid = Grid::through(wavelength_nm.as_slice()?)?;
+    let observer = Observer::named(observer)?;
+    let weights = Weights::new(&grid, &illuminant.inner, observer)?;
     let spectra = values.as_slice()?.chunks_exact(grid.count);
-    let xyz: Result<Vec<_>, _> = spectra.map(|spectrum| weights.sum(&grid, spectrum)).collect();
-    rows(py, xyz.map_err(value_error)?)
+    let xyz: Answer<Vec<_>> = spectra.map(|spectrum| weights.sum(&grid, spectrum)).collect();
+    rows(py, xyz?)
 }
 
 #[pyfunction]
@@ -135,17 +137,16 @@ fn convert_color<'py>(
     to_space: &str,
     white: [f64; 3],
     adaptation: Option<&str>,
-) -> PyResult<Rows<'py>> {
-    let space = |name| Space::named(name).map_err(value_error);
-    let (from, to, adaptation) =
-        (space(from_space)?, space(to_space)?, Adaptation::named(adaptation).map_err(value_error)?);
+) -> Result<Rows<'py>> {
+    let space = Space::named;
+    let (from, to, adaptation) = (space(from_space)?, space(to_space)?, Adaptation::named(adaptation)?);
     let one = |v: [f64; 3]| to.from_xyz(from.to_xyz(v, white, adaptation), white, adaptation);
     rows(py, triples(&values)?.into_iter().map(one).collect())
 }
 
 #[pyfunction]
-fn rgb_matrix(space: &str) -> PyResult<Option<[[f64; 3]; 3]>> {
-    Ok(Space::named(space).map_err(value_error)?.rgb_from_xyz())
+fn rgb_matrix(space: &str) -> Result<Option<[[f64; 3]; 3]>> {
+    Ok(Space::named(space)?.rgb_from_xyz())
 }
 
 #[pyfunction]
@@ -153,7 +154,7 @@ fn delta_e<'py>(
     py: Python<'py>,
     lab_a: PyReadonlyArray2<'py, f64>,
     lab_b: PyReadonlyArray2<'py, f64>,
-) -> PyResult<Bound<'py, PyArray1<f64>>> {
+) -> Result<Bound<'py, PyArray1<f64>>> {
     let (a, b) = (triples(&lab_a)?, triples(&lab_b)?);
     let differences: Vec<f64> = a.into_iter().zip(b).map(|(a, b)| color::ciede2000(a, b)).collect();
     Ok(differences.into_pyarray(py))
@@ -166,11 +167,11 @@ fn map_gamut<'py>(
     values: PyReadonlyArray2<'py, f64>,
     space: &str,
     gamut: &str,
-) -> PyResult<(Rows<'py>, u64)> {
-    let space = Space::named(space).map_err(value_error)?;
-    let mapping = Mapping::named(gamut).map_err(value_error)?;
+) -> Result<(Rows<'py>, u64)> {
+    let space = Space::named(space)?;
+    let mapping = Mapping::named(gamut)?;
     let Some(gamut) = Gamut::new(space, mapping) else {
-        return Err(PyValueError::new_err(format!("a gamut mapping needs an RGB space, got {:?}", space.name())));
+        return Err(Error::value(format!("a gamut mapping needs an RGB space, got {:?}", space.name())));
     };
     let mut values = triples(&values)?;
     let mut outside = 0;
@@ -202,8 +203,8 @@ fn stack_color<'py>(
     adaptation: Option<&str>,
     gamut: Option<&str>,
     mut out: PyReadwriteArray2<'py, f64>,
-) -> PyResult<(Vec<String>, f64, f64)> {
-    let request = || -> Result<ColorRequest, OpticsError> {
+) -> Result<(Vec<String>, f64, f64)> {
+    let request = || -> Answer<ColorRequest> {
         Ok(ColorRequest {
             media: media.iter().map(|medium| medium.inner.clone()).collect(),
             coherent,
@@ -229,33 +230,37 @@ fn stack_color<'py>(
             gamut: gamut.map(Mapping::named).transpose()?,
         })
     };
-    let request = request().map_err(value_error)?;
+    let request = request()?;
     let layers = request.coherent.len();
     let (thickness, angle) = (thickness_nm.as_slice()?, angle_deg.as_slice()?);
-    let made = py.detach(|| StackColor::new(request)).map_err(value_error)?;
+    if thickness.len() != angle.len() * layers {
+        return Err(Error::value("thicknesses and angles do not belong together"));
+    }
     let (rows, _) = out.as_slice_mut()?.as_chunks_mut::<3>();
-    if rows.len() != angle.len() || thickness.len() != angle.len() * layers {
-        return Err(PyValueError::new_err("thicknesses, angles and colours do not belong together"));
+    if rows.len() != angle.len() {
+        return Err(Error::value("angles and colours do not belong together"));
     }
-    let mut forced = Forced::default();
-    // Slices of about SLICE each, so that Ctrl-C is seen; the first is small, as nothing is known of the speed yet.
-    let (mut done, mut slice) = (0, 256);
-    while done < angle.len() {
-        let end = angle.len().min(done + slice);
-        let start = Instant::now();
-        let colors = py
-            .detach(|| made.colors(&thickness[done * layers..end * layers], &angle[done..end]))
-            .map_err(value_error)?;
-        let speedup = SLICE.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-6);
-        slice = ((slice as f64 * speedup.clamp(0.1, 8.0)) as usize).clamp(16, 1 << 20);
-        rows[done..end].copy_from_slice(&colors.values);
-        if colors.forced.steps > forced.steps {
-            forced = colors.forced;
+    let work = |watch: &Watch| -> Answer<(Vec<String>, Forced)> {
+        let made = StackColor::new(request)?;
+        let mut forced = Forced::default();
+        // Slices of about SLICE each, so that a stop is seen; the first is small, as nothing is known of the speed yet.
+        let (mut done, mut slice) = (0, 256);
+        while done < angle.len() && !watch.is_stopped() {
+            let end = angle.len().min(done + slice);
+            let start = Instant::now();
+            let colors = made.colors(&thickness[done * layers..end * layers], &angle[done..end])?;
+            let speedup = SLICE.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-6);
+            slice = ((slice as f64 * speedup.clamp(0.1, 8.0)) as usize).clamp(16, 1 << 20);
+            rows[done..end].copy_from_slice(&colors.values);
+            if colors.forced.steps > forced.steps {
+                forced = colors.forced;
+            }
+            done = end;
         }
-        done = end;
-        py.check_signals()?;
-    }
-    Ok((made.extended(), forced.steps, forced.thickness_nm))
+        Ok((made.extended(), forced))
+    };
+    let (extended, forced) = beside(py, Long::default(), work)??;
+    Ok((extended, forced.steps, forced.thickness_nm))
 }
 
 #[pyfunction]
@@ -272,11 +277,11 @@ fn dias1991<'py>(
     angle_deg: PyReadonlyArray1<'py, f64>,
     table: &str,
     matrix: MatrixArgument,
-) -> PyResult<(Rows<'py>, Rows<'py>)> {
+) -> Result<(Rows<'py>, Rows<'py>)> {
     let table = match table {
         "printed" => DiasTable::Printed,
         "full" => DiasTable::Full,
-        _ => return Err(PyValueError::new_err(format!("table must be \"printed\" or \"full\", got {table:?}"))),
+        _ => return Err(Error::value(format!("table must be \"printed\" or \"full\", got {table:?}"))),
     };
     let matrix = match matrix {
         MatrixArgument::Given(matrix) => DiasMatrix::Given(matrix),
@@ -285,15 +290,15 @@ fn dias1991<'py>(
             "full" => DiasMatrix::Full,
             _ => {
                 let message = format!("matrix must be \"printed\", \"full\" or a 3 x 3 array, got {name:?}");
-                return Err(PyValueError::new_err(message));
+                return Err(Error::value(message));
             }
         },
     };
     let (indices, _) = indices.as_slice()?.as_chunks::<3>();
-    let film = Dias1991::new(indices, table, matrix).map_err(value_error)?;
+    let film = Dias1991::new(indices, table, matrix)?;
     let points = thickness_nm.as_slice()?.iter().zip(angle_deg.as_slice()?);
-    let colors: Result<Vec<_>, _> = points.map(|(&t, &a)| film.color(t, a)).collect();
-    let (xyz, rgb) = colors.map_err(value_error)?.into_iter().unzip();
+    let colors: Answer<Vec<_>> = points.map(|(&t, &a)| film.color(t, a)).collect();
+    let (xyz, rgb) = colors?.into_iter().unzip();
     Ok((rows(py, xyz)?, rows(py, rgb)?))
 }
 
@@ -301,4 +306,28 @@ fn dias1991<'py>(
 enum MatrixArgument {
     Named(String),
     Given([[f64; 3]; 3]),
+}
+
+type Weighted<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, [f64; 3], usize);
+
+/// The wavelengths of a colour sum with every step divided into `parts`, their weights for X, Y, Z, the white, and how many of the
+/// wavelengths belong to the grid (the rest are lines).
+#[pyfunction]
+fn color_weights<'py>(
+    py: Python<'py>,
+    illuminant: PyRef<'py, Illuminant>,
+    observer: &str,
+    wavelength_nm: Option<PyReadonlyArray1<'py, f64>>,
+    parts: usize,
+) -> Result<Weighted<'py>> {
+    let grid = match wavelength_nm {
+        Some(given) => Grid::through(given.as_slice()?)?,
+        None => Grid::default(),
+    };
+    let observer = Observer::named(observer)?;
+    let weights = Weights::new(&grid.divided(parts.clamp(1, 1 << 16)), &illuminant.inner, observer)?;
+    let count = weights.wavelength_nm.len();
+    let of_grid = weights.grid_index.iter().filter(|index| index.is_some()).count();
+    let xyz = weights.xyz.into_flattened().into_pyarray(py).reshape([count, 3])?;
+    Ok((weights.wavelength_nm.into_pyarray(py), xyz, weights.white, of_grid))
 }

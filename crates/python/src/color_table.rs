@@ -3,19 +3,20 @@
 use std::path::PathBuf;
 
 use iridesce::files;
+use iridesce::numerics::Watch;
 use iridesce::optics::color::{
     self, Adaptation, ColorRequest, ColorTableRequest, Model, Observer, Quantity, Space, gamut,
 };
 use iridesce::optics::{OpticsError, Polarization};
-use iridesce::render::Progress;
 use numpy::{PyReadonlyArray1, PyReadwriteArray2};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use crate::color::Illuminant;
+use crate::error::{Error, Result};
+use crate::image::{PyFact, facts};
+use crate::interrupt::{Long, Meter, beside};
 use crate::medium::Medium;
-use crate::render::{PyFact, beside, facts, image_error};
 
 /// Points between two looks for Ctrl-C: some 30 ms.
 const POINTS_PER_LOOK: usize = 1 << 20;
@@ -31,10 +32,6 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<ColorTable>()?;
     module.add_function(wrap_pyfunction!(color_tables_read, module)?)?;
     module.add_function(wrap_pyfunction!(color_tables_save, module)?)
-}
-
-fn value_error(error: OpticsError) -> PyErr {
-    PyValueError::new_err(error.to_string())
 }
 
 /// A table of colours over angle and reduced thickness.
@@ -61,14 +58,14 @@ impl ColorTable {
         quantity: &str,
         max_delta_e: f64,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<(ColorTable, Vec<String>)> {
+    ) -> Result<(ColorTable, Vec<String>)> {
         let color = ColorRequest {
             media: media.iter().map(|medium| medium.inner.clone()).collect(),
             coherent,
             illuminant: illuminant.inner.clone(),
-            observer: Observer::named(observer).map_err(value_error)?,
-            polarization: Polarization::named(polarization).map_err(value_error)?,
-            quantity: Quantity::named(quantity).map_err(value_error)?,
+            observer: Observer::named(observer)?,
+            polarization: Polarization::named(polarization)?,
+            quantity: Quantity::named(quantity)?,
             model: Model::Exact,
             grid: None,
             space: Space::Xyz,
@@ -76,13 +73,13 @@ impl ColorTable {
             gamut: None,
         };
         let request = ColorTableRequest { color, thickness_nm, layer, range_nm, range_deg, tolerance: max_delta_e };
-        let built = beside(py, progress, |shared| {
+        let inner = beside(py, Long::told(progress), |watch| {
+            let meter = Meter::new(watch, "building");
             color::ColorTable::build(request, &|done, total| {
-                shared.advance(done, total);
-                shared.cancelled()
+                meter.reach(done, total);
+                watch.is_stopped()
             })
-        })?;
-        let inner = built.map_err(value_error)?;
+        })??;
         let extended = inner.extended().to_vec();
         Ok((ColorTable { inner }, extended))
     }
@@ -99,34 +96,28 @@ impl ColorTable {
         gamut: Option<&str>,
         mut out: PyReadwriteArray2<'_, f64>,
         threads: Option<usize>,
-    ) -> PyResult<()> {
-        let space = Space::named(space).map_err(value_error)?;
-        let adaptation = Adaptation::named(adaptation).map_err(value_error)?;
-        let mapping = gamut.map(gamut::Mapping::named).transpose().map_err(value_error)?;
+    ) -> Result<()> {
+        let space = Space::named(space)?;
+        let adaptation = Adaptation::named(adaptation)?;
+        let mapping = gamut.map(gamut::Mapping::named).transpose()?;
         let gamut = mapping.and_then(|mapping| gamut::Gamut::new(space, mapping));
         if mapping.is_some() && gamut.is_none() {
-            return Err(PyValueError::new_err(format!("gamut= needs an RGB space, got space={:?}", space.name())));
+            return Err(Error::value(format!("gamut= needs an RGB space, got space={:?}", space.name())));
         }
         let (thickness, angle) = (thickness_nm.as_slice()?, angle_deg.as_slice()?);
         let (rows, _) = out.as_slice_mut()?.as_chunks_mut::<3>();
         if rows.len() != thickness.len() || (angle.len() != 1 && angle.len() != thickness.len()) {
-            return Err(PyValueError::new_err("thicknesses, angles and colours do not belong together"));
+            return Err(Error::value("thicknesses, angles and colours do not belong together"));
         }
-        let pool = match threads {
-            None => None,
-            Some(threads) => Some(
-                rayon::ThreadPoolBuilder::new()
-                    .num_threads(threads)
-                    .build()
-                    .map_err(|error| PyValueError::new_err(format!("threads={threads}: {error}")))?,
-            ),
-        };
         let white = self.inner.shape().white;
-        for (group, rows) in rows.chunks_mut(POINTS_PER_LOOK).enumerate() {
-            let start = group * POINTS_PER_LOOK;
-            let thickness = &thickness[start..start + rows.len()];
-            let angle = if angle.len() == 1 { angle } else { &angle[start..start + rows.len()] };
-            let mut work = || -> Result<(), OpticsError> {
+        let work = |watch: &Watch| -> std::result::Result<(), OpticsError> {
+            for (group, rows) in rows.chunks_mut(POINTS_PER_LOOK).enumerate() {
+                if watch.is_stopped() {
+                    break;
+                }
+                let start = group * POINTS_PER_LOOK;
+                let thickness = &thickness[start..start + rows.len()];
+                let angle = if angle.len() == 1 { angle } else { &angle[start..start + rows.len()] };
                 self.inner.evaluate(thickness, angle, rows)?;
                 if space != Space::Xyz {
                     rows.par_chunks_mut(CHUNK).for_each(|chunk| {
@@ -138,16 +129,10 @@ impl ColorTable {
                         }
                     });
                 }
-                Ok(())
-            };
-            py.detach(|| match &pool {
-                Some(pool) => pool.install(work),
-                None => work(),
-            })
-            .map_err(value_error)?;
-            py.check_signals()?;
-        }
-        Ok(())
+            }
+            Ok(())
+        };
+        Ok(beside(py, Long::threads(threads), work)??)
     }
 
     #[getter]
@@ -175,15 +160,15 @@ impl ColorTable {
 
 /// The tables in the bytes of an EXR file, each with the words that were saved with it.
 #[pyfunction]
-fn color_tables_read(py: Python<'_>, bytes: &[u8]) -> PyResult<Vec<ReadTable>> {
-    let tables = py.detach(|| files::read_color_tables(bytes)).map_err(image_error)?;
+fn color_tables_read(py: Python<'_>, bytes: &[u8]) -> Result<Vec<ReadTable>> {
+    let tables = beside(py, Long::default(), |_| files::read_color_tables(bytes))??;
     Ok(tables.into_iter().map(|(inner, words)| (ColorTable { inner }, words)).collect())
 }
 
 /// Writes tables into one EXR file, a part each, with their names and facts.
 #[pyfunction]
-fn color_tables_save(py: Python<'_>, path: PathBuf, tables: Vec<SavedTable<'_>>) -> PyResult<()> {
+fn color_tables_save(py: Python<'_>, path: PathBuf, tables: Vec<SavedTable<'_>>) -> Result<()> {
     let tables: Vec<_> = tables.into_iter().map(|(table, name, words)| (table, name, facts(words))).collect();
     let tables: Vec<_> = tables.iter().map(|(table, name, facts)| (&table.inner, name.as_str(), &facts[..])).collect();
-    beside(py, None, |shared| files::write_color_tables(&path, &tables, &|| shared.cancelled()))?.map_err(image_error)
+    Ok(beside(py, Long::default(), |watch| files::write_color_tables(&path, &tables, &|| watch.is_stopped()))??)
 }

@@ -2,8 +2,10 @@
 
 use iridesce::optics::{Beyond, Complex64, Medium as Inner, OpticsError, medium};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+
+use crate::error::Result;
+use crate::interrupt::{Long, beside, released};
 
 /// Wavelengths between two looks at whether Ctrl-C was pressed: some milliseconds of the slowest formula.
 const CHUNK: usize = 1 << 15;
@@ -19,20 +21,20 @@ pub struct Medium {
 impl Medium {
     /// A medium of one index n + ik.
     #[staticmethod]
-    fn constant(n: f64, k: f64) -> PyResult<Medium> {
+    fn constant(n: f64, k: f64) -> Result<Medium> {
         wrap(Inner::constant(Complex64::new(n, k)))
     }
 
     /// A built-in medium.
     #[staticmethod]
-    fn named(name: &str) -> PyResult<Medium> {
+    fn named(name: &str) -> Result<Medium> {
         wrap(Inner::named(name))
     }
 
     /// A page of refractiveindex.info (YAML) or a CSV table, told apart by content and label.
     #[staticmethod]
-    fn from_text(py: Python<'_>, text: &str, label: &str) -> PyResult<Medium> {
-        wrap(py.detach(|| Inner::from_text(text, label)))
+    fn from_text(py: Python<'_>, text: &str, label: &str) -> Result<Medium> {
+        wrap(beside(py, Long::threads(Some(1)), |_| Inner::from_text(text, label))?)
     }
 
     /// Two media with their volumes, mixed by a rule.
@@ -44,8 +46,8 @@ impl Medium {
         second_volume: f64,
         rule: &str,
         name: &str,
-    ) -> PyResult<Medium> {
-        let rule = medium::Rule::named(rule).map_err(value_error)?;
+    ) -> Result<Medium> {
+        let rule = medium::Rule::named(rule)?;
         let parts = ((first.inner.clone(), first_volume), (second.inner.clone(), second_volume));
         wrap(Inner::mixture(parts.0, parts.1, rule, name))
     }
@@ -92,7 +94,7 @@ impl Medium {
         wavelength_nm: PyReadonlyArray1<'py, f64>,
         hold: bool,
         shape: Vec<usize>,
-    ) -> PyResult<Bound<'py, PyArray1<Complex64>>> {
+    ) -> Result<Bound<'py, PyArray1<Complex64>>> {
         let beyond = if hold { Beyond::Hold } else { Beyond::Refuse };
         let indices = each(py, &wavelength_nm, |flat, nm| {
             // The place is spelt out only for the one wavelength that is refused.
@@ -106,30 +108,37 @@ impl Medium {
         &self,
         py: Python<'py>,
         wavelength_nm: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<(Bound<'py, PyArray1<Complex64>>, bool)> {
+    ) -> Result<(Bound<'py, PyArray1<Complex64>>, bool)> {
         let pairs = each(py, &wavelength_nm, |_, nm| self.inner.index_extended(nm))?;
         let extended = pairs.iter().any(|&(_, extended)| extended);
         Ok((pairs.into_iter().map(|(index, _)| index).collect::<Vec<_>>().into_pyarray(py), extended))
     }
 }
 
-/// `function` of every element with its place, without the GIL, looking for Ctrl-C between chunks.
+/// `function` of every element with its place.
 fn each<T: Send>(
     py: Python<'_>,
     values: &PyReadonlyArray1<'_, f64>,
-    function: impl Fn(usize, f64) -> Result<T, OpticsError> + Sync,
-) -> PyResult<Vec<T>> {
-    let mut results = Vec::with_capacity(values.len()?);
-    // Copied chunk by chunk: without the GIL another thread may write into the array.
-    for (chunk_number, chunk) in values.as_slice()?.chunks(CHUNK).enumerate() {
-        let chunk = chunk.to_vec();
-        let first = chunk_number * CHUNK;
-        let found: Result<Vec<T>, OpticsError> =
-            py.detach(|| chunk.into_iter().enumerate().map(|(i, value)| function(first + i, value)).collect());
-        results.extend(found.map_err(value_error)?);
-        py.check_signals()?;
+    function: impl Fn(usize, f64) -> std::result::Result<T, OpticsError> + Sync,
+) -> Result<Vec<T>> {
+    let values = values.as_slice()?;
+    let run = |first: usize, chunk: &[f64]| -> std::result::Result<Vec<T>, OpticsError> {
+        chunk.iter().enumerate().map(|(i, value)| function(first + i, *value)).collect()
+    };
+    if values.len() <= CHUNK / 32 {
+        return Ok(released(py, || run(0, values))?);
     }
-    Ok(results)
+    let found = beside(py, Long::threads(Some(1)), |watch| {
+        let mut results = Vec::with_capacity(values.len());
+        for (number, chunk) in values.chunks(CHUNK).enumerate() {
+            if watch.is_stopped() {
+                break;
+            }
+            results.extend(run(number * CHUNK, chunk)?);
+        }
+        Ok::<_, OpticsError>(results)
+    })?;
+    Ok(found?)
 }
 
 /// `at index (3, 7)`, as Python writes it; nothing for a scalar.
@@ -148,13 +157,8 @@ fn place(flat: usize, shape: &[usize]) -> String {
     }
 }
 
-fn wrap(result: Result<Inner, OpticsError>) -> PyResult<Medium> {
-    result.map(|inner| Medium { inner }).map_err(value_error)
-}
-
-/// Every error of optics is a `ValueError` in Python.
-pub(crate) fn value_error(error: OpticsError) -> PyErr {
-    PyValueError::new_err(error.to_string())
+fn wrap(made: std::result::Result<Inner, OpticsError>) -> Result<Medium> {
+    Ok(Medium { inner: made? })
 }
 
 /// The names of the built-in media.

@@ -6,7 +6,8 @@ use iridesce::scene::{Node, Origin, Scene as CoreScene, SceneError, Value, built
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyComplex, PyComplexMethods, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
 
-use crate::flow::interruption;
+use crate::error::{Error, Result};
+use crate::flow::{interruption, reading};
 
 /// Deepest nesting of a dict: beyond it Python's own recursion is in danger.
 const MAX_DEPTH: usize = 64;
@@ -23,13 +24,13 @@ pub struct Scene {
 #[pymethods]
 impl Scene {
     #[staticmethod]
-    fn builtin(py: Python<'_>, name: &str) -> PyResult<Scene> {
-        wrap(py, py.detach(|| CoreScene::builtin(name)))
+    fn builtin(py: Python<'_>, name: &str) -> Result<Scene> {
+        wrap(reading(py, || CoreScene::builtin(name))?)
     }
 
     #[staticmethod]
-    fn load(py: Python<'_>, path: PathBuf, allow_outside: bool) -> PyResult<Scene> {
-        wrap(py, py.detach(|| CoreScene::load(Path::new(&path), allow_outside)))
+    fn load(py: Python<'_>, path: PathBuf, allow_outside: bool) -> Result<Scene> {
+        wrap(reading(py, || CoreScene::load(Path::new(&path), allow_outside))?)
     }
 
     #[staticmethod]
@@ -39,10 +40,10 @@ impl Scene {
         folder: PathBuf,
         file: Option<PathBuf>,
         allow_outside: bool,
-    ) -> PyResult<Scene> {
+    ) -> Result<Scene> {
         let node = to_node(tree.as_any(), "", 0)?;
         let origin = Origin { file, folder: Some(folder), allow_outside };
-        wrap(py, py.detach(|| CoreScene::from_node(&node, origin)))
+        wrap(reading(py, || CoreScene::from_node(&node, origin))?)
     }
 
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -53,9 +54,9 @@ impl Scene {
         self.inner.to_json().to_string()
     }
 
-    fn with_value(&self, py: Python<'_>, path: &str, value: &Bound<'_, PyAny>) -> PyResult<Scene> {
+    fn with_value(&self, py: Python<'_>, path: &str, value: &Bound<'_, PyAny>) -> Result<Scene> {
         let value = to_node(value, path, 0)?;
-        wrap(py, py.detach(|| self.inner.with_value(path, value)))
+        wrap(reading(py, || self.inner.with_value(path, value))?)
     }
 
     /// Whether a stated extension of a medium's data is used somewhere in 360..830 nm, and by which medium.
@@ -79,33 +80,17 @@ impl Scene {
     }
 }
 
-fn wrap(py: Python<'_>, scene: Result<CoreScene, SceneError>) -> PyResult<Scene> {
-    scene.map(|inner| Scene { inner }).map_err(|error| interruption().unwrap_or_else(|| to_python(py, error)))
-}
-
-/// `iridesce.SceneError` with its place, or `iridesce.ResourceError`.
-pub fn to_python(py: Python<'_>, error: SceneError) -> PyErr {
-    let build = || -> PyResult<PyErr> {
-        let errors = py.import("iridesce.errors")?;
-        let message = error.to_string();
-        let value = if error.is_resource {
-            errors.getattr("ResourceError")?.call1((message,))?
-        } else {
-            let file = error.file.as_ref().map(|f| f.display().to_string());
-            errors.getattr("SceneError")?.call1((message, file, error.line, error.key.clone()))?
-        };
-        Ok(PyErr::from_value(value))
-    };
-    build().unwrap_or_else(|e| e)
+fn wrap(scene: std::result::Result<CoreScene, SceneError>) -> Result<Scene> {
+    scene.map(|inner| Scene { inner }).map_err(|error| interruption().map_or_else(|| error.into(), Error::from))
 }
 
 /// A Python value as part of a scene; numpy numbers and arrays count as numbers and lists.
-fn to_node(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Node> {
+fn to_node(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> Result<Node> {
     let py = value.py();
     let place = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
-    let wrong = |message: String| -> PyErr {
+    let wrong = |message: String| -> Error {
         let error = SceneError::new(message);
-        to_python(py, if path.is_empty() { error } else { error.at(path, None) })
+        if path.is_empty() { error.into() } else { error.at(path, None).into() }
     };
     let check_length = |length: usize| {
         if length <= MAX_ITEMS {
@@ -213,8 +198,8 @@ fn scene_names() -> Vec<&'static str> {
 
 /// The text of a built-in scene.
 #[pyfunction]
-fn scene_text(py: Python<'_>, name: &str) -> PyResult<&'static str> {
-    builtin_text(name).map_err(|e| to_python(py, e))
+fn scene_text(name: &str) -> Result<&'static str> {
+    Ok(builtin_text(name)?)
 }
 
 /// Adds this stage's names to `_core`.

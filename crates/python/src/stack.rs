@@ -5,17 +5,20 @@ use iridesce::optics::stack::sweep::{Operand, Power, Sweep, SweepRequest};
 use iridesce::optics::stack::{self, Solver};
 use iridesce::optics::{Complex64, OpticsError, Polarization, film};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-/// Elements a task: enough to pay for its dispatch, few enough to share evenly.
-const TASK: usize = 512;
-/// Layer evaluations between two looks for Ctrl-C, per thread: about 20 ms.
-const WORK_PER_LOOK: usize = 200_000;
+use crate::error::{Error, Result};
+use crate::interrupt::{Long, beside, released};
 
-/// Runs of a sweep between two looks for Ctrl-C: some 10 ms each at the slowest.
-const RUNS_PER_LOOK: usize = 8;
+/// What optics answers.
+type Answer<T> = std::result::Result<T, OpticsError>;
+
+/// Elements a task at most: enough to pay for its dispatch, few enough to share evenly.
+const TASK: usize = 512;
+/// Layer evaluations of a task at most: some 20 ms, after which it is asked whether to go on. Calls of a tenth of that are
+/// done on the spot.
+const WORK: usize = 1 << 18;
 
 /// Adds this stage's names to `_core`.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -37,7 +40,7 @@ enum Quantity {
 }
 
 impl Quantity {
-    fn named(name: &str) -> PyResult<Quantity> {
+    fn named(name: &str) -> Result<Quantity> {
         match name {
             "reflectance" => Ok(Quantity::Reflectance),
             "transmittance" => Ok(Quantity::Transmittance),
@@ -46,7 +49,7 @@ impl Quantity {
             "amplitudes" => Ok(Quantity::Amplitudes),
             "ellipsometry" => Ok(Quantity::Ellipsometry),
             "two_beam" => Ok(Quantity::TwoBeam),
-            _ => Err(PyValueError::new_err(format!("no quantity is named {name:?}"))),
+            _ => Err(Error::value(format!("no quantity is named {name:?}"))),
         }
     }
 
@@ -98,25 +101,25 @@ fn stack_evaluate<'py>(
     mut out: PyReadwriteArray1<'py, f64>,
     mut second: Option<PyReadwriteArray1<'py, f64>>,
     threads: Option<usize>,
-) -> PyResult<()> {
+) -> Result<()> {
     let quantity = Quantity::named(quantity)?;
-    let polarization = Polarization::named(polarization).map_err(value_error)?;
+    let polarization = Polarization::named(polarization)?;
     let layers = coherent.len();
     if media.len() != layers + 2 || arguments.len() != layers + 2 || media.iter().any(|&which| which >= indices.len()) {
-        return Err(PyValueError::new_err("media, coherent flags, arguments and indices do not belong together"));
+        return Err(Error::value("media, coherent flags, arguments and indices do not belong together"));
     }
     let wavelengths = arguments[0].0.len()?;
-    let tables = indices.iter().map(|table| Ok(table.as_slice()?)).collect::<PyResult<Vec<_>>>()?;
+    let tables = indices.iter().map(|table| Ok(table.as_slice()?)).collect::<Result<Vec<_>>>()?;
     if tables.iter().any(|table| table.len() != 1 && table.len() != wavelengths) {
-        return Err(PyValueError::new_err("indices do not fit the wavelengths"));
+        return Err(Error::value("indices do not fit the wavelengths"));
     }
     let indices = media.iter().map(|&which| tables[which]).collect();
     let operands = arguments
         .iter()
         .map(|(values, strides)| operand(values.as_slice()?, strides.clone(), &shape))
-        .collect::<PyResult<Vec<_>>>()?;
+        .collect::<Result<Vec<_>>>()?;
     let job = Job { quantity, polarization, indices, coherent, shape, operands };
-    job.check_phases().map_err(value_error)?;
+    job.check_phases()?;
 
     let count: usize = job.shape.iter().product();
     let widths = quantity.widths(layers);
@@ -126,92 +129,69 @@ fn stack_evaluate<'py>(
         None => &mut [],
     };
     if first.len() != count * widths[0] || other.len() != count * widths[1] {
-        return Err(PyValueError::new_err("the output does not have the shape of the result"));
+        return Err(Error::value("the output does not have the shape of the result"));
     }
-    let pool = match threads {
-        Some(threads) if threads > 1 && count > TASK => Some(
-            rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .map_err(|error| PyValueError::new_err(format!("threads={threads}: {error}")))?,
-        ),
-        _ => None,
-    };
-    let alone = threads == Some(1) || count <= TASK;
+    let short = count <= TASK && count * (layers + 1) <= WORK / 10;
     if let Some(sweep) = job.sweep() {
-        return run_sweep(py, &job, &sweep, first, pool.as_ref(), alone);
+        return run_sweep(py, &job, &sweep, first, threads, short);
     }
-    let workers = if alone { 1 } else { threads.unwrap_or_else(rayon::current_num_threads) };
-    let per_look = (workers * WORK_PER_LOOK / ((layers + 1) * TASK)).max(workers);
-
-    let mut tasks = tasks(count, widths, first, other);
-    for group in tasks.chunks_mut(per_look) {
-        py.detach(|| {
-            if alone {
-                group.iter_mut().try_for_each(|task| job.run(task))
-            } else {
-                let mut work = || group.par_iter_mut().try_for_each(|task| job.run(task));
-                match &pool {
-                    Some(pool) => pool.install(work),
-                    None => work(),
-                }
-            }
-        })
-        .map_err(value_error)?;
-        py.check_signals()?;
+    if short {
+        let mut all = Task { start: 0, count, out: [first, other] };
+        return Ok(released(py, || job.run(&mut all))?);
     }
-    Ok(())
+    let mut tasks = tasks(count, (WORK / (layers + 1)).clamp(1, TASK), widths, first, other);
+    let done: Answer<()> = beside(py, Long::threads(threads), |watch| {
+        tasks.par_iter_mut().try_for_each(|task| if watch.is_stopped() { Ok(()) } else { job.run(task) })
+    })?;
+    Ok(done?)
 }
 
-/// The vector kernels, over groups of runs between which Ctrl-C is seen. Runs are cut without regard to threads.
+/// The vector kernels. Runs are cut without regard to threads.
 fn run_sweep(
     py: Python<'_>,
     job: &Job<'_>,
     sweep: &Sweep<'_>,
     out: &mut [f64],
-    pool: Option<&rayon::ThreadPool>,
-    alone: bool,
-) -> PyResult<()> {
+    threads: Option<usize>,
+    short: bool,
+) -> Result<()> {
     let whole = "the output does not have the shape of the result";
-    let mut tasks = sweep.tasks(out).ok_or_else(|| PyValueError::new_err(whole))?;
-    let mut failed = false;
-    for group in tasks.chunks_mut(RUNS_PER_LOOK) {
-        let done = py.detach(|| {
-            if alone {
-                group.iter_mut().try_for_each(|task| sweep.run(task))
-            } else {
-                let mut work = || group.par_iter_mut().try_for_each(|task| sweep.run(task));
-                match pool {
-                    Some(pool) => pool.install(work),
-                    None => work(),
-                }
-            }
-        });
-        failed |= done.is_err();
-        py.check_signals()?;
-    }
+    let mut tasks = sweep.tasks(out).ok_or_else(|| Error::value(whole))?;
+    let done = if short {
+        released(py, || tasks.iter_mut().try_for_each(|task| sweep.run(task)))
+    } else {
+        beside(py, Long::threads(threads), |watch| {
+            tasks.par_iter_mut().try_for_each(|task| if watch.is_stopped() { Ok(()) } else { sweep.run(task) })
+        })?
+    };
     drop(tasks);
-    if failed {
+    if done.is_err() {
         // Point by point, so that the error tells its place.
         let mut all = Task { start: 0, count: out.len(), out: [out, &mut []] };
-        py.detach(|| job.run(&mut all)).map_err(value_error)?;
+        beside(py, Long::threads(Some(1)), |_| job.run(&mut all))??;
     }
     Ok(())
 }
 
 /// An argument that broadcasts to `shape`.
-fn operand<'a>(values: &'a [f64], strides: Vec<usize>, shape: &[usize]) -> PyResult<Operand<'a>> {
+fn operand<'a>(values: &'a [f64], strides: Vec<usize>, shape: &[usize]) -> Result<Operand<'a>> {
     let operand = Operand { values, strides };
     if operand.strides.len() != shape.len() || !operand.reaches(shape) {
-        return Err(PyValueError::new_err("an argument does not broadcast to the shape of the result"));
+        return Err(Error::value("an argument does not broadcast to the shape of the result"));
     }
     Ok(operand)
 }
 
-fn tasks<'a>(count: usize, widths: [usize; 2], mut first: &'a mut [f64], mut second: &'a mut [f64]) -> Vec<Task<'a>> {
-    let mut tasks = Vec::with_capacity(count.div_ceil(TASK));
-    for start in (0..count).step_by(TASK) {
-        let count = TASK.min(count - start);
+fn tasks<'a>(
+    count: usize,
+    most: usize,
+    widths: [usize; 2],
+    mut first: &'a mut [f64],
+    mut second: &'a mut [f64],
+) -> Vec<Task<'a>> {
+    let mut tasks = Vec::with_capacity(count.div_ceil(most));
+    for start in (0..count).step_by(most) {
+        let count = most.min(count - start);
         let (head, tail) = first.split_at_mut(count * widths[0]);
         let (other_head, other_tail) = second.split_at_mut(count * widths[1]);
         tasks.push(Task { start, count, out: [head, other_head] });
@@ -244,7 +224,7 @@ impl Job<'_> {
     }
 
     /// The part of `stack::check` that looks at thickness and wavelength together.
-    fn check_phases(&self) -> Result<(), OpticsError> {
+    fn check_phases(&self) -> Answer<()> {
         let shortest = self.operands[0].values.iter().copied().fold(f64::INFINITY, f64::min);
         for (j, layer) in self.operands[2..].iter().enumerate() {
             let thickest = layer.values.iter().copied().fold(0.0, f64::max);
@@ -259,7 +239,7 @@ impl Job<'_> {
         Ok(())
     }
 
-    fn run(&self, task: &mut Task<'_>) -> Result<(), OpticsError> {
+    fn run(&self, task: &mut Task<'_>) -> Answer<()> {
         let mut solver = Solver::new();
         let mut scratch = Vec::new();
         let mut thickness_nm = vec![0.0; self.coherent.len()];
@@ -299,7 +279,7 @@ impl Job<'_> {
     }
 
     /// The indices of all media at one wavelength, checked.
-    fn look_up(&self, at: usize, indices: &mut [Complex64]) -> Result<(), OpticsError> {
+    fn look_up(&self, at: usize, indices: &mut [Complex64]) -> Answer<()> {
         for (index, table) in indices.iter_mut().zip(&self.indices) {
             *index = if table.len() == 1 { table[0] } else { table[at] };
         }
@@ -315,7 +295,7 @@ impl Job<'_> {
         point: &Point<'_>,
         element: usize,
         task: &mut Task<'_>,
-    ) -> Result<(), OpticsError> {
+    ) -> Answer<()> {
         let [first, second] = &mut task.out;
         if self.quantity == Quantity::TwoBeam {
             first[element] = point.two_beam()?;
@@ -397,7 +377,7 @@ struct Point<'a> {
 }
 
 impl Point<'_> {
-    fn two_beam(&self) -> Result<f64, OpticsError> {
+    fn two_beam(&self) -> Answer<f64> {
         let [n1, n2, n3] = self.indices else {
             return Err(OpticsError::Argument("the two-beam form takes exactly one layer".into()));
         };
@@ -406,13 +386,9 @@ impl Point<'_> {
     }
 }
 
-fn real_indices(n: [Complex64; 3]) -> Result<[f64; 3], OpticsError> {
+fn real_indices(n: [Complex64; 3]) -> Answer<[f64; 3]> {
     match n.iter().find(|n| n.im != 0.0) {
         Some(n) => Err(OpticsError::Argument(format!("the two-beam form takes real indices, got {n}"))),
         None => Ok(n.map(|n| n.re)),
     }
-}
-
-fn value_error(error: OpticsError) -> PyErr {
-    PyValueError::new_err(error.to_string())
 }

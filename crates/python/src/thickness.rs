@@ -8,9 +8,11 @@ use iridesce::thickness::{ThicknessError, ThicknessMap as InnerMap, ThicknessMod
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
 };
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+
+use crate::error::{Error, Result};
+use crate::interrupt::{Long, beside};
 
 /// A thickness model.
 #[pyclass(frozen, module = "iridesce._core")]
@@ -21,17 +23,17 @@ pub struct Thickness {
 #[pymethods]
 impl Thickness {
     #[staticmethod]
-    fn uniform(thickness_nm: f64) -> PyResult<Thickness> {
-        wrap(ThicknessModel::uniform(thickness_nm)).map(|inner| Thickness { inner })
+    fn uniform(thickness_nm: f64) -> Result<Thickness> {
+        Ok(Thickness { inner: ThicknessModel::uniform(thickness_nm)? })
     }
 
     #[staticmethod]
-    fn gradient(top: f64, bottom: f64, exponent: f64) -> PyResult<Thickness> {
-        wrap(ThicknessModel::gradient(top, bottom, exponent)).map(|inner| Thickness { inner })
+    fn gradient(top: f64, bottom: f64, exponent: f64) -> Result<Thickness> {
+        Ok(Thickness { inner: ThicknessModel::gradient(top, bottom, exponent)? })
     }
 
     #[staticmethod]
-    fn wedge(from_point: [f64; 3], to_point: [f64; 3], start_nm: f64, end_nm: f64) -> PyResult<Thickness> {
+    fn wedge(from_point: [f64; 3], to_point: [f64; 3], start_nm: f64, end_nm: f64) -> Result<Thickness> {
         // `from` is a word of Python's own.
         let renamed = |e: ThicknessError| match e.key {
             "from" => ThicknessError { key: "from_point", ..e },
@@ -39,15 +41,15 @@ impl Thickness {
             _ => e,
         };
         let model = ThicknessModel::wedge(from_point, to_point, start_nm, end_nm).map_err(renamed);
-        wrap(model).map(|inner| Thickness { inner })
+        Ok(Thickness { inner: model? })
     }
 
     #[staticmethod]
-    fn lens_gap(radius_mm: f64, contact_gap_nm: f64) -> PyResult<Thickness> {
-        wrap(ThicknessModel::lens_gap(radius_mm, contact_gap_nm)).map(|inner| Thickness { inner })
+    fn lens_gap(radius_mm: f64, contact_gap_nm: f64) -> Result<Thickness> {
+        Ok(Thickness { inner: ThicknessModel::lens_gap(radius_mm, contact_gap_nm)? })
     }
 
-    fn at_height<'py>(&self, py: Python<'py>, s: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    fn at_height<'py>(&self, py: Python<'py>, s: PyReadonlyArray1<'py, f64>) -> Result<Bound<'py, PyArray1<f64>>> {
         let s = s.as_slice()?;
         let values: Vec<f64> = match &self.inner {
             ThicknessModel::Uniform { thickness_nm } => vec![*thickness_nm; s.len()],
@@ -57,14 +59,10 @@ impl Thickness {
         Ok(values.into_pyarray(py))
     }
 
-    fn at_point<'py>(
-        &self,
-        py: Python<'py>,
-        points: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    fn at_point<'py>(&self, py: Python<'py>, points: PyReadonlyArray2<'py, f64>) -> Result<Bound<'py, PyArray1<f64>>> {
         let (points, rest) = points.as_slice()?.as_chunks::<3>();
         if !rest.is_empty() {
-            return Err(PyValueError::new_err("points must have three coordinates"));
+            return Err(Error::value("points must have three coordinates"));
         }
         let values: Vec<f64> = match &self.inner {
             ThicknessModel::Uniform { thickness_nm } => vec![*thickness_nm; points.len()],
@@ -78,7 +76,7 @@ impl Thickness {
         &self,
         py: Python<'py>,
         distance_mm: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    ) -> Result<Bound<'py, PyArray1<f64>>> {
         let distances = distance_mm.as_slice()?;
         let values: Vec<f64> = match &self.inner {
             ThicknessModel::Uniform { thickness_nm } => vec![*thickness_nm; distances.len()],
@@ -94,19 +92,19 @@ impl Thickness {
         width: usize,
         height: usize,
         extent: Option<[f64; 4]>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        map_array(py, wrap(py.detach(|| self.inner.map(width, height, extent)))?)
+    ) -> Result<Bound<'py, PyArray2<f64>>> {
+        map_array(py, beside(py, Long::default(), |_| self.inner.map(width, height, extent))??)
     }
 }
 
 /// The Python side asks only what a model can answer.
-fn does_not_follow(what: &str) -> PyErr {
-    PyValueError::new_err(format!("this model does not follow {what}"))
+fn does_not_follow(what: &str) -> Error {
+    Error::value(format!("this model does not follow {what}"))
 }
 
-fn map_array(py: Python<'_>, map: InnerMap) -> PyResult<Bound<'_, PyArray2<f64>>> {
+fn map_array(py: Python<'_>, map: InnerMap) -> Result<Bound<'_, PyArray2<f64>>> {
     let shape = [map.height(), map.width()];
-    map.into_thickness_nm().into_pyarray(py).reshape(shape)
+    Ok(map.into_thickness_nm().into_pyarray(py).reshape(shape)?)
 }
 
 /// A grid of thicknesses.
@@ -118,10 +116,10 @@ pub struct ThicknessMap {
 #[pymethods]
 impl ThicknessMap {
     #[new]
-    fn new(thickness_nm: PyReadonlyArray2<'_, f64>) -> PyResult<ThicknessMap> {
+    fn new(thickness_nm: PyReadonlyArray2<'_, f64>) -> Result<ThicknessMap> {
         let [height, width] = [thickness_nm.shape()[0], thickness_nm.shape()[1]];
         let values = thickness_nm.as_slice()?.to_vec();
-        wrap(InnerMap::new(width, height, values)).map(|inner| ThicknessMap { inner })
+        Ok(ThicknessMap { inner: InnerMap::new(width, height, values)? })
     }
 
     fn sample<'py>(
@@ -129,15 +127,15 @@ impl ThicknessMap {
         py: Python<'py>,
         u: PyReadonlyArray1<'py, f64>,
         v: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    ) -> Result<Bound<'py, PyArray1<f64>>> {
         let pairs = u.as_slice()?.iter().zip(v.as_slice()?);
         let values: Vec<f64> = pairs.map(|(&u, &v)| self.inner.sample(u, v)).collect();
         Ok(values.into_pyarray(py))
     }
 
     /// The map as the bytes of an OpenEXR file.
-    fn exr_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = py.detach(|| thickness_exr(&self.inner)).map_err(PyValueError::new_err)?;
+    fn exr_bytes<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
+        let bytes = beside(py, Long::default(), |_| thickness_exr(&self.inner))?.map_err(Error::value)?;
         Ok(PyBytes::new(py, &bytes))
     }
 }
@@ -149,16 +147,13 @@ fn load_thickness_map(
     path: PathBuf,
     min_nm: Option<f64>,
     max_nm: Option<f64>,
-) -> PyResult<Bound<'_, PyArray2<f64>>> {
-    let map = py.detach(|| read_thickness_map(&path, min_nm, max_nm)).map_err(|e| match e.key {
-        "path" => PyValueError::new_err(format!("{:?} {}", path.display().to_string(), e.message)),
-        _ => PyValueError::new_err(e.to_string()),
+) -> Result<Bound<'_, PyArray2<f64>>> {
+    let read = beside(py, Long::default(), |_| read_thickness_map(&path, min_nm, max_nm))?;
+    let map = read.map_err(|e| match e.key {
+        "path" => Error::value(format!("{:?} {}", path.display().to_string(), e.message)),
+        _ => e.into(),
     })?;
     map_array(py, Arc::unwrap_or_clone(map))
-}
-
-fn wrap<T>(made: Result<T, ThicknessError>) -> PyResult<T> {
-    made.map_err(|e| PyValueError::new_err(e.to_string()))
 }
 
 /// Adds this stage's names to `_core`.

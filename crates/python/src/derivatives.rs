@@ -1,0 +1,100 @@
+//! Bindings of the derivatives of stacks and colours.
+
+use iridesce::optics::color::{Adaptation, Space};
+use iridesce::optics::stack::{self, Derivatives};
+use iridesce::optics::{Complex64, OpticsError, Polarization};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
+use pyo3::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::stacks::{Element, Elements};
+
+/// Adds these names to `_core`.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(stack_derivatives, module)?)?;
+    module.add_function(wrap_pyfunction!(color_jacobian, module)?)
+}
+
+/// Values and derivatives: `values` (elements, 1 or 2), `rows` (elements, values x parameters), the parameters of a value being its
+/// thicknesses, n of every medium, k of all but the first.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "one call carries the whole request")]
+fn stack_derivatives<'py>(
+    py: Python<'py>,
+    quantity: &str,
+    polarization: &str,
+    indices: PyReadonlyArray2<'py, Complex64>,
+    thickness_nm: PyReadonlyArray2<'py, f64>,
+    coherent: Vec<bool>,
+    wavelength_nm: PyReadonlyArray1<'py, f64>,
+    angle_deg: PyReadonlyArray1<'py, f64>,
+    mut values: PyReadwriteArray2<'py, f64>,
+    mut rows: PyReadwriteArray2<'py, f64>,
+) -> Result<()> {
+    let polarization = Polarization::named(polarization)?;
+    let elements = Elements {
+        indices: indices.as_slice()?,
+        thickness_nm: thickness_nm.as_slice()?,
+        coherent: &coherent,
+        wavelength_nm: wavelength_nm.as_slice()?,
+        angle_deg: angle_deg.as_slice()?,
+    };
+    let parameters = 3 * coherent.len() + 3;
+    let ellipsometry = match quantity {
+        "reflectance" | "transmittance" | "absorptance" => false,
+        "ellipsometry" => true,
+        _ => return Err(Error::value(format!("no quantity is named {quantity:?}"))),
+    };
+    let width = if ellipsometry { 2 } else { 1 };
+    let flags = coherent.as_slice();
+    let solve = |at: &Element<'_>, values: &mut [f64], rows: &mut [f64]| -> std::result::Result<(), OpticsError> {
+        let Element { indices, thickness_nm, wavelength_nm, incidence } = *at;
+        let [first, second] = if ellipsometry {
+            stack::ellipsometry_derivatives(indices, thickness_nm, wavelength_nm, incidence)?
+        } else {
+            stack::power_derivatives(indices, thickness_nm, flags, wavelength_nm, incidence, polarization)?
+        };
+        let mut write = |place: usize, derivatives: &Derivatives, factor: f64| {
+            values[place] += factor * derivatives.value;
+            for (slot, value) in rows[place * parameters..][..parameters].iter_mut().zip(derivatives.row()) {
+                *slot += factor * value;
+            }
+        };
+        match quantity {
+            "transmittance" => write(0, &second, 1.0),
+            "absorptance" => {
+                write(0, &first, -1.0);
+                write(0, &second, -1.0);
+                values[0] += 1.0;
+            }
+            "ellipsometry" => {
+                write(0, &first, 1.0);
+                write(1, &second, 1.0);
+            }
+            _ => write(0, &first, 1.0),
+        }
+        Ok(())
+    };
+    values.as_slice_mut()?.fill(0.0);
+    rows.as_slice_mut()?.fill(0.0);
+    elements.fill(py, [width, width * parameters], values.as_slice_mut()?, rows.as_slice_mut()?, solve)
+}
+
+/// The derivatives of a space's values with respect to XYZ, nine a row; NaN where there are none.
+#[pyfunction]
+fn color_jacobian<'py>(
+    py: Python<'py>,
+    xyz: PyReadonlyArray2<'py, f64>,
+    space: &str,
+    white: [f64; 3],
+    adaptation: Option<&str>,
+) -> Result<Bound<'py, PyArray2<f64>>> {
+    let space = Space::named(space)?;
+    let adaptation = Adaptation::named(adaptation)?;
+    let (rows, _) = xyz.as_slice()?.as_chunks::<3>();
+    let flat: Vec<f64> = rows
+        .iter()
+        .flat_map(|xyz| space.jacobian(*xyz, white, adaptation).unwrap_or([[f64::NAN; 3]; 3]).into_iter().flatten())
+        .collect();
+    Ok(flat.into_pyarray(py).reshape([rows.len(), 9])?)
+}

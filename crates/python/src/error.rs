@@ -1,0 +1,127 @@
+//! The one place where errors become Python's exceptions.
+
+use std::io::ErrorKind;
+
+use iridesce::files::FileError;
+use iridesce::flow::FlowError;
+use iridesce::optics::OpticsError;
+use iridesce::render::RenderError;
+use iridesce::scene::SceneError;
+use iridesce::thickness::ThicknessError;
+use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+
+/// What `iridesce/errors.py` defines.
+mod python {
+    pyo3::import_exception!(iridesce.errors, ResourceError);
+    pyo3::import_exception!(iridesce.errors, SceneError);
+}
+
+/// An exception. Every error of the crates becomes one by `?`, and this becomes Python's where a function returns.
+#[derive(Debug)]
+pub struct Error(PyErr);
+
+/// What a function of the binding answers.
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// `ValueError`.
+    pub fn value(message: impl Into<String>) -> Error {
+        Error(PyValueError::new_err(message.into()))
+    }
+
+    /// `iridesce.ResourceError`: something that cannot fit.
+    pub fn resource(message: impl Into<String>) -> Error {
+        Error(python::ResourceError::new_err((message.into(),)))
+    }
+
+    /// `RuntimeError`: a mistake of ours.
+    pub fn internal(words: &str) -> Error {
+        Error(PyRuntimeError::new_err(format!("internal error, please report it: {words}")))
+    }
+}
+
+impl From<Error> for PyErr {
+    fn from(error: Error) -> PyErr {
+        error.0
+    }
+}
+
+impl From<PyErr> for Error {
+    fn from(error: PyErr) -> Error {
+        Error(error)
+    }
+}
+
+/// An array that Python was to make contiguous.
+impl From<numpy::AsSliceError> for Error {
+    fn from(error: numpy::AsSliceError) -> Error {
+        Error(error.into())
+    }
+}
+
+impl From<OpticsError> for Error {
+    fn from(error: OpticsError) -> Error {
+        Error::value(error.to_string())
+    }
+}
+
+impl From<ThicknessError> for Error {
+    fn from(error: ThicknessError) -> Error {
+        Error::value(error.to_string())
+    }
+}
+
+impl From<FlowError> for Error {
+    fn from(error: FlowError) -> Error {
+        Error::value(error.to_string())
+    }
+}
+
+impl From<SceneError> for Error {
+    fn from(error: SceneError) -> Error {
+        let message = error.to_string();
+        if error.is_resource {
+            return Error::resource(message);
+        }
+        let file = error.file.map(|file| file.display().to_string());
+        Error(python::SceneError::new_err((message, file, error.line, error.key)))
+    }
+}
+
+impl From<RenderError> for Error {
+    fn from(error: RenderError) -> Error {
+        let message = error.to_string();
+        match error {
+            RenderError::Resource(_) => Error::resource(message),
+            RenderError::Scene { message, key } => SceneError::new(message).at(key, None).into(),
+            // Who stopped it has an exception of his own, which is raised instead.
+            RenderError::Cancelled => Error(PyRuntimeError::new_err(message)),
+            _ => Error::value(message),
+        }
+    }
+}
+
+/// `OSError` with its errno, so that Python makes it `FileNotFoundError`, `PermissionError` and so on.
+impl From<FileError> for Error {
+    fn from(error: FileError) -> Error {
+        match error {
+            FileError::Write { path, source } => {
+                let errno = source.raw_os_error().unwrap_or(match source.kind() {
+                    ErrorKind::NotFound => 2,
+                    ErrorKind::PermissionDenied => 13,
+                    ErrorKind::NotADirectory => 20,
+                    ErrorKind::IsADirectory => 21,
+                    ErrorKind::InvalidInput => 22,
+                    ErrorKind::StorageFull => 28,
+                    ErrorKind::ReadOnlyFilesystem => 30,
+                    _ => 5,
+                });
+                let message = format!("cannot write the picture: {source}");
+                Error(PyOSError::new_err((errno, message, path.into_os_string())))
+            }
+            FileError::Cancelled => Error(PyRuntimeError::new_err(error.to_string())),
+            _ => Error::value(error.to_string()),
+        }
+    }
+}
