@@ -1,0 +1,104 @@
+"""Every call that uses worker threads, each large enough to use them: name -> what it answers, as bytes."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import iridesce as ir
+
+NM = np.linspace(400.0, 800.0, 201)
+FILM = ir.Stack(["air", ir.Layer("soap", thickness_nm=320.0), "air"])
+MANY = ir.Stack(["air", ir.Layer("soap", thickness_nm=np.linspace(0.0, 2000.0, 20_000)), "air"])
+OXIDE = ir.Stack(["air", ir.Layer("SiO2", thickness_nm=1000.0), "Si"])
+SLAB = ir.Stack(
+    [
+        "air",
+        ir.Layer("SiO2", thickness_nm=np.linspace(0.0, 900.0, 9_000)),
+        ir.Layer("N-BK7", 1e6, coherent=False),
+        "air",
+    ]
+)
+
+
+def _picture() -> ir.Image:
+    return ir.render("soap-bubble", size=(64, 48), samples=2)
+
+
+def _saved(name: str) -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        _picture().save(path)
+        return path.read_bytes()
+
+
+def _fields() -> bytes:
+    found = FILM.field_profile(np.linspace(0.0, 320.0, 9), np.linspace(400.0, 800.0, 3_000))
+    return b"".join(_floats(value) for value in found if isinstance(value, np.ndarray))
+
+
+def _derivatives() -> bytes:
+    found = MANY.derivatives("reflectance", 550.0)
+    return np.ascontiguousarray(found.thickness_nm).tobytes()
+
+
+def _exr_map() -> bytes:
+    thickness = ir.thickness.gradient(top=0.0, bottom=900.0).map(64, 48)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "map.exr"
+        thickness.save(path)
+        return ir.thickness.ThicknessMap.load(path).thickness_nm.tobytes()
+
+
+def _table() -> ir.ColorTable:
+    return ir.ColorTable(FILM, thickness_nm=(0.0, 400.0), angle_deg=(0.0, 30.0), max_delta_e=1.0)
+
+
+def _table_file() -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "table.exr"
+        _table().save(path)
+        return ir.ColorTable.load(path).color(np.linspace(0.0, 400.0, 5_000)).tobytes()
+
+
+def _fit() -> bytes:
+    result = ir.fit_thickness(NM, OXIDE.reflectance(NM), OXIDE)
+    return f"{result.best.thickness_nm:.6f}".encode()
+
+
+def _floats(value: Any) -> bytes:
+    return np.ascontiguousarray(value).tobytes()
+
+
+ENTRIES: dict[str, Callable[[], bytes]] = {
+    "render": lambda: _floats(_picture().xyz),
+    "render, threads=2": lambda: _floats(ir.render("soap-bubble", size=(64, 48), samples=2, threads=2).xyz),
+    "render of a film that flows": lambda: _floats(ir.render(_flowing(), size=(16, 12), samples=1).xyz),
+    "Image.rgb": lambda: _floats(_picture().rgb(exposure="auto")),
+    "Image.save png": lambda: _saved("x.png"),
+    "Image.save exr": lambda: _saved("x.exr"),
+    "Stack.color": lambda: _floats(MANY.color()),
+    "Stack.reflectance": lambda: _floats(MANY.reflectance(550.0, angle_deg=[[0.0], [45.0]])),
+    "Stack.reflectance, threads=2": lambda: _floats(MANY.reflectance(550.0, angle_deg=[[0.0], [45.0]], threads=2)),
+    "Stack.transmittance of a slab": lambda: _floats(SLAB.transmittance(550.0)),
+    "Stack.amplitudes": lambda: _floats(MANY.amplitudes(550.0, 30.0, "s")),
+    "Stack.derivatives": _derivatives,
+    "Stack.field_profile": _fields,
+    "Medium.index": lambda: _floats(ir.Medium("Si").index(np.linspace(400.0, 800.0, 100_000))),
+    "thickness.simulate": lambda: b"".join(
+        _floats(frame.thickness_nm) for frame in ir.thickness.simulate("late", time_s=0.02)
+    ),
+    "ThicknessMap.save, load": _exr_map,
+    "ColorTable": lambda: _floats(_table().color(np.linspace(0.0, 400.0, 5_000))),
+    "ColorTable.save, load": _table_file,
+    "fit_thickness": _fit,
+}
+
+
+def _flowing() -> ir.Scene:
+    flow = {"flow": {"preset": "late", "time_s": 0.02, "seed": 3}}
+    return ir.Scene.load("soap-bubble").with_value("object.bubble.surface.film.thickness_nm", flow)
