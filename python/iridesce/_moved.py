@@ -19,7 +19,7 @@ MOVED = {
     # Private, but named in pickles of their values.
     "iridesce._averages": "iridesce.optics.averages",
     "iridesce._database": "iridesce.optics.database",
-    "iridesce._derivatives": "iridesce.optics.derivatives",
+    "iridesce._derivatives": "iridesce.color.derivatives",
     "iridesce._fields": "iridesce.optics.fields",
     "iridesce._fit_solve": "iridesce.inverse.solve",
     "iridesce._flow": "iridesce.thickness.simulation",

@@ -76,6 +76,16 @@ def real_operand(
     return Operand(name, values, shape)
 
 
+def reals(name: str, value: object) -> Floats:
+    """A real, finite argument in its full shape."""
+    return real_operand(name, value).full()
+
+
+def scalar(array: Any) -> Any:
+    """A float for an array of no axes; other arrays as they are."""
+    return float(array) if array.ndim == 0 else array
+
+
 def _allowed(low: float, high: float, includes_low: bool) -> str:
     parts = []
     if low > -math.inf:

@@ -10,20 +10,9 @@ Values out of range are kept, negative ones on the curve of their absolute value
 
 from __future__ import annotations
 
-from iridesce.color.colors import (
-    Illuminant,
-    color_matching,
-    convert,
-    delta_e,
-    dias1991,
-    illuminant,
-    illuminants,
-    map_gamut,
-    purity_eps,
-    rgb_matrix,
-    spectrum_to_xyz,
-    stack_color,
-)
+from iridesce.color.films import dias1991, purity_eps, stack_color
+from iridesce.color.light import Illuminant, color_matching, illuminant, illuminants
+from iridesce.color.spaces import convert, delta_e, map_gamut, rgb_matrix, spectrum_to_xyz
 
 __all__ = [
     "Illuminant",

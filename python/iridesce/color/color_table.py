@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iridesce import _core, color
+from iridesce import _core
 from iridesce._progress import progress_bar
 from iridesce.arguments.operands import (
     Floats,
@@ -27,13 +27,15 @@ from iridesce.arguments.operands import (
     place,
     real_operand,
 )
-from iridesce.color.colors import SPACES
+from iridesce.color.light import Illuminant
+from iridesce.color.light import illuminant as named_illuminant
+from iridesce.color.spaces import SPACES
 from iridesce.image import Image
-from iridesce.stack import Stack
+from iridesce.optics.multilayer import Multilayer
 
 __all__ = ["ColorTable"]
 
-Light = str | os.PathLike[str] | color.Illuminant
+Light = str | os.PathLike[str] | Illuminant
 
 _QUANTITIES = ("reflectance", "transmittance", "absorptance")
 _POLARIZATIONS = ("s", "p", "unpolarized")
@@ -86,7 +88,7 @@ class ColorTable:
 
     def __init__(
         self,
-        stack: Stack,
+        stack: Multilayer,
         thickness_nm: ArrayLike | None = None,
         angle_deg: ArrayLike = (0.0, 80.0),
         illuminant: Light | list[Light] | tuple[Light, ...] = "D65",
@@ -97,12 +99,12 @@ class ColorTable:
         max_delta_e: float = 0.1,
         progress: Callable[[int, int], object] | bool | None = None,
     ) -> None:
-        if not isinstance(stack, Stack):
+        if not isinstance(stack, Multilayer):
             raise ValueError(f"stack must be an iridesce.Stack, got {stack!r}")
         varying = _varying_layer(stack, layer)
         range_nm = _range_nm(stack, varying, thickness_nm)
         range_deg = _extent(real_operand("angle_deg", angle_deg, low=0.0, high=90.0))
-        lights = [color.illuminant(light) for light in _listed("illuminant", illuminant)]
+        lights = [named_illuminant(light) for light in _listed("illuminant", illuminant)]
         quantities = [one_of("quantity", name, _QUANTITIES) for name in _listed("quantity", quantity)]
         _check_distinct("illuminant", [light.name for light in lights])
         _check_distinct("quantity", quantities)
@@ -444,7 +446,7 @@ class _Counter:
         self.before, self.latest = self.before + self.latest, 0
 
 
-def _varying_layer(stack: Stack, layer: object) -> int:
+def _varying_layer(stack: Multilayer, layer: object) -> int:
     count = len(stack.layers)
     if count == 0:
         raise ValueError(f"a colour table needs a stack with a layer, got {stack!r}")
@@ -464,7 +466,7 @@ def _varying_layer(stack: Stack, layer: object) -> int:
     return int(layer)
 
 
-def _range_nm(stack: Stack, layer: int, thickness_nm: ArrayLike | None) -> tuple[float, float]:
+def _range_nm(stack: Multilayer, layer: int, thickness_nm: ArrayLike | None) -> tuple[float, float]:
     if thickness_nm is not None:
         return _extent(real_operand("thickness_nm", thickness_nm, low=0.0))
     values = stack.layers[layer]._thickness.values
@@ -500,13 +502,13 @@ def _within(name: str, value: ArrayLike, allowed: tuple[float, float]) -> Floats
 
 
 def _light_name(illuminant: Light, names: tuple[str, ...]) -> str:
-    name = illuminant if isinstance(illuminant, str) and illuminant in names else color.illuminant(illuminant).name
+    name = illuminant if isinstance(illuminant, str) and illuminant in names else named_illuminant(illuminant).name
     if name not in names:
         raise ValueError(f"illuminant must be one of the table's, {', '.join(names)}, got {illuminant!r}")
     return name
 
 
-def _described(stack: Stack, varying: int, range_nm: tuple[float, float]) -> str:
+def _described(stack: Multilayer, varying: int, range_nm: tuple[float, float]) -> str:
     words = [stack.first.name]
     for number, layer in enumerate(stack.layers):
         nm = f"{range_nm[0]:g}..{range_nm[1]:g}" if number == varying else f"{layer._thickness.values.flat[0]:g}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,9 +13,8 @@ import numpy.typing as npt
 from iridesce import _core
 from iridesce.arguments.operands import Floats, Operand, broadcast_shape, one_of, real_operand
 from iridesce.errors import ResourceError
-
-if TYPE_CHECKING:
-    from iridesce.stack import Stack
+from iridesce.optics.layer import Layer
+from iridesce.optics.multilayer import Multilayer
 
 SHAPES = ("gaussian", "rectangle", "triangle")
 FWHM = math.sqrt(8.0 * math.log(2.0))
@@ -39,7 +38,7 @@ class Averaged(NamedTuple):
 
 
 def reflectance_averaged(
-    self: Stack,
+    self: Multilayer,
     wavelength_nm: npt.ArrayLike,
     angle_deg: npt.ArrayLike = 0.0,
     polarization: str = "unpolarized",
@@ -90,7 +89,7 @@ def reflectance_averaged(
 
 
 def transmittance_averaged(
-    self: Stack,
+    self: Multilayer,
     wavelength_nm: npt.ArrayLike,
     angle_deg: npt.ArrayLike = 0.0,
     polarization: str = "unpolarized",
@@ -128,7 +127,7 @@ def transmittance_averaged(
 
 
 def _averaged(
-    self: Stack,
+    self: Multilayer,
     quantity: str,
     question: tuple[Any, Any, str],
     lines: list[tuple[str, float, str]],
@@ -203,7 +202,7 @@ class _Problem:
 
     def __init__(
         self,
-        stack: Stack,
+        stack: Multilayer,
         quantity: str,
         polarization: str,
         flat: list[Floats],
@@ -280,13 +279,11 @@ class _Problem:
 
     def at(self, wavelength_nm: Floats, thickness: dict[int, Floats]) -> Floats:
         """The quantity at wavelengths (..., points), one of the thicknesses perhaps averaged by its series."""
-        from iridesce.stack import Layer, Stack
-
         layers = [
             Layer(layer.medium, thickness.get(place, self.thickness_nm[place]), layer.coherent)
             for place, layer in enumerate(self.stack.layers)
         ]
-        stack = Stack([self.stack.first, *layers, self.stack.last])
+        stack = Multilayer([self.stack.first, *layers, self.stack.last])
         if not self.in_series:
             found = getattr(stack, self.quantity)(wavelength_nm, self.angle_deg, self.polarization)
             return np.asarray(found)
@@ -297,7 +294,7 @@ class _Problem:
 
 
 def layer_airy(
-    stack: Stack, place: int, wavelength_nm: Floats, angle_deg: Floats, polarization: str, hold: bool = False
+    stack: Multilayer, place: int, wavelength_nm: Floats, angle_deg: Floats, polarization: str, hold: bool = False
 ) -> npt.NDArray[np.complex128]:
     """r_above, t_above^2, r_inside, r_below, passed and kz of a layer: see `LayerAiry` of the core; a last axis of 6.
 
@@ -316,7 +313,13 @@ def layer_airy(
 
 
 def series(
-    stack: Stack, place: int, sd_nm: float, quantity: str, wavelength_nm: Floats, angle_deg: Floats, polarization: str
+    stack: Multilayer,
+    place: int,
+    sd_nm: float,
+    quantity: str,
+    wavelength_nm: Floats,
+    angle_deg: Floats,
+    polarization: str,
 ) -> Floats:
     """The average over a Gaussian thickness of one clear layer, in closed form."""
     if polarization == "unpolarized":

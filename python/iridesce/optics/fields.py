@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats, new_array, one_of, real_operand
-
-if TYPE_CHECKING:
-    from iridesce.stack import Stack
+from iridesce.optics.layer import Layer
+from iridesce.optics.multilayer import Multilayer
 
 Complexes = npt.NDArray[np.complex128]
 
@@ -44,7 +43,7 @@ class FieldProfile(NamedTuple):
 
 
 def jones(
-    self: Stack,
+    self: Multilayer,
     wavelength_nm: npt.ArrayLike,
     angle_deg: npt.ArrayLike = 0.0,
     direction: str = "reflection",
@@ -73,7 +72,7 @@ def jones(
 
 
 def mueller(
-    self: Stack,
+    self: Multilayer,
     wavelength_nm: npt.ArrayLike,
     angle_deg: npt.ArrayLike = 0.0,
     direction: str = "reflection",
@@ -109,7 +108,7 @@ def mueller(
     return matrix
 
 
-def _cross(self: Stack, wavelength_nm: npt.ArrayLike, angle_deg: npt.ArrayLike, which: int) -> Complexes:
+def _cross(self: Multilayer, wavelength_nm: npt.ArrayLike, angle_deg: npt.ArrayLike, which: int) -> Complexes:
     """The mean of a_s conj(a_p) over the phases of incoherent slabs; in transmission times the ratio of fluxes."""
     slabs = [place for place, layer in enumerate(self.layers) if not layer.coherent]
     if not slabs:
@@ -130,11 +129,9 @@ def _cross(self: Stack, wavelength_nm: npt.ArrayLike, angle_deg: npt.ArrayLike, 
 
 
 def _phase_mean(
-    self: Stack, slabs: list[int], phases: int, wavelength_nm: npt.ArrayLike, angle_deg: npt.ArrayLike, which: int
+    self: Multilayer, slabs: list[int], phases: int, wavelength_nm: npt.ArrayLike, angle_deg: npt.ArrayLike, which: int
 ) -> Complexes:
     """Exact but for terms of order (r r')^phases: the function is periodic in each phase."""
-    from iridesce.stack import Layer, Stack
-
     wavelength, angle = np.asarray(wavelength_nm, dtype=float), np.asarray(angle_deg, dtype=float)
     first = np.asarray(self.first.index(wavelength)).real
     turns = []
@@ -150,7 +147,7 @@ def _phase_mean(
             layers[slab] = Layer(layers[slab].medium, layers[slab].thickness_nm + turn * (shift / phases))
         for place, layer in enumerate(layers):
             layers[place] = Layer(layer.medium, layer.thickness_nm)
-        moved = Stack([self.first, *layers, self.last])
+        moved = Multilayer([self.first, *layers, self.last])
         total = total + _coherent_cross(moved, wavelength, angle, which)
     return np.asarray(total / phases ** len(slabs))
 
@@ -164,7 +161,7 @@ def _averages(index: Any, kz: Any, k0_d: Any) -> Any:
     return (np.abs(kz.imag) < np.abs(kz.real)) & passive
 
 
-def _coherent_cross(self: Stack, wavelength_nm: npt.ArrayLike, angle_deg: npt.ArrayLike, which: int) -> Complexes:
+def _coherent_cross(self: Multilayer, wavelength_nm: npt.ArrayLike, angle_deg: npt.ArrayLike, which: int) -> Complexes:
     s = np.asarray(self.amplitudes(wavelength_nm, angle_deg, "s")[which])
     p = np.asarray(self.amplitudes(wavelength_nm, angle_deg, "p")[which])
     if which == 0:
@@ -177,7 +174,7 @@ def _coherent_cross(self: Stack, wavelength_nm: npt.ArrayLike, angle_deg: npt.Ar
 
 
 def field_profile(
-    self: Stack,
+    self: Multilayer,
     depth_nm: npt.ArrayLike,
     wavelength_nm: npt.ArrayLike,
     angle_deg: npt.ArrayLike = 0.0,

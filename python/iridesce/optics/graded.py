@@ -3,34 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import Floats, real_operand
-from iridesce.optics.medium import Medium
-
-if TYPE_CHECKING:
-    from iridesce.stack import Layer
+from iridesce.optics.evaluation import check_ends, evaluate
+from iridesce.optics.medium import Medium, as_medium
 
 _MOST_SLICES = 1024
 # Surroundings in which the error is measured besides the layer's own ends: air above, and the index of silicon below.
 _AROUND = (1.0, 4.0)
 
 
-def graded(
+def slices(
     thickness_nm: npt.ArrayLike,
     medium_at: Callable[[float], Any],
     wavelength_nm: npt.ArrayLike,
     tolerance: float,
-) -> list[Layer]:
-    """Equal slices, each of the index in its middle; ``medium_at`` takes the depth as a share of the thickness.
+) -> list[tuple[Medium, Any]]:
+    """Equal slices as (medium, nm), each of the index in its middle; ``medium_at`` takes the depth as a share.
 
     They err as their number to the power -2, so that one doubling changes R by three times what is left.
     """
-    from iridesce.stack import Layer
-
     nm = real_operand("wavelength_nm", wavelength_nm, low=0.0, includes_low=False).full().reshape(-1)
     thickness = real_operand("thickness_nm", thickness_nm, low=0.0)
     limit = real_operand("tolerance", tolerance, low=0.0, includes_low=False)
@@ -39,20 +35,19 @@ def graded(
     thickest = float(thickness.values.max(initial=0.0))
     ends = [medium_at(0.0), medium_at(1.0)]
 
-    def slices(count: int, whole: Any) -> list[Layer]:
-        return [Layer(medium_at((place + 0.5) / count), whole / count) for place in range(count)]
+    def middles(count: int) -> list[Medium]:
+        return [as_medium(medium_at((place + 0.5) / count)) for place in range(count)]
 
     def seen(count: int) -> Floats:
-        parts = slices(count, thickest)
+        media = middles(count)
         # A first medium absorbs nothing and a last one has no gain: those ends are looked at from air.
         around = [_AROUND]
         if all(np.all(np.imag(Medium(end).index(nm)) == 0.0) for end in ends):
             around.append((ends[0], ends[1]))
         return np.concatenate(
             [
-                np.asarray(getattr(made, quantity)(nm, angle))
+                _power(quantity, as_medium(first), media, thickest / count, as_medium(last), nm, angle)
                 for first, last in around
-                for made in (_stack(first, parts, last),)
                 for quantity in ("reflectance", "transmittance")
                 for angle in (0.0, 60.0)
             ]
@@ -64,7 +59,8 @@ def graded(
         after = seen(2 * count)
         if np.abs(after - before).max() <= 3.0 * float(limit.values):
             # Errors fall to a quarter, so the finer one is off by a third of the change.
-            return slices(2 * count, np.asarray(thickness_nm, dtype=float))
+            each = np.asarray(thickness_nm, dtype=float) / (2 * count)
+            return [(medium, each) for medium in middles(2 * count)]
         count, before = 2 * count, after
         if count >= _MOST_SLICES:
             raise ValueError(
@@ -73,10 +69,19 @@ def graded(
             )
 
 
-def _stack(first: Any, layers: list[Layer], last: Any) -> Any:
-    from iridesce.stack import Stack
-
-    return Stack([first, *layers, last])
+def _power(
+    quantity: str, first: Medium, media: list[Medium], each_nm: float, last: Medium, nm: Floats, angle_deg: float
+) -> Floats:
+    """R or T of equal slices between two media, unpolarised."""
+    check_ends(first, last)
+    arguments = [
+        real_operand("wavelength_nm", nm),
+        real_operand("angle_deg", angle_deg),
+        *([real_operand("thickness_nm", each_nm)] * len(media)),
+    ]
+    out = np.empty(nm.shape)
+    evaluate(quantity, "unpolarized", [first, *media, last], [True] * len(media), nm.shape, arguments, out)
+    return out
 
 
 def between(first: Any, second: Any, profile: Any, rule: str) -> Callable[[float], Any]:

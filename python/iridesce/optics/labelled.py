@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import one_of, real_operand
-
-if TYPE_CHECKING:
-    from iridesce.stack import Stack
+from iridesce.optics.layer import Layer
+from iridesce.optics.multilayer import Multilayer
 
 _QUANTITIES = ("reflectance", "transmittance", "absorptance", "psi", "delta")
 _POLARIZATIONS = ("s", "p", "unpolarized")
@@ -25,7 +24,7 @@ _NAMES = {
 
 
 def to_xarray(
-    self: Stack,
+    self: Multilayer,
     quantity: str | Sequence[str] = "reflectance",
     wavelength_nm: npt.ArrayLike = 550.0,
     angle_deg: npt.ArrayLike = 0.0,
@@ -75,10 +74,8 @@ def _xarray() -> Any:
         raise ImportError('to_xarray needs xarray: pip install "iridesce[xarray]"') from None
 
 
-def _axes(self: Stack, wavelength_nm: npt.ArrayLike, angle_deg: npt.ArrayLike) -> tuple[dict[str, Any], Any]:
+def _axes(self: Multilayer, wavelength_nm: npt.ArrayLike, angle_deg: npt.ArrayLike) -> tuple[dict[str, Any], Any]:
     """Coordinates by name in the order of the axes, and the stack and arguments spread along them."""
-    from iridesce.stack import Layer, Stack
-
     several = len(self.layers) > 1
     given: dict[str, Any] = {}
     for number, layer in enumerate(self.layers, start=1):
@@ -101,7 +98,7 @@ def _axes(self: Stack, wavelength_nm: npt.ArrayLike, angle_deg: npt.ArrayLike) -
         )
         for number, layer in enumerate(self.layers, start=1)
     ]
-    stack = Stack([self.first, *layers, self.last])
+    stack = type(self)([self.first, *layers, self.last])
     return given, (stack, full["wavelength_nm"], full["angle_deg"])
 
 

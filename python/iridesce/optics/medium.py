@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce import _core
+from iridesce._notebook import facts_html
 from iridesce.files.whole import read_whole
 
 MediumLike: TypeAlias = "str | complex | Medium"
@@ -228,9 +229,15 @@ class Medium:
 
     def _repr_html_(self) -> str:
         """What a notebook shows: source, range, and the index at three wavelengths."""
-        from iridesce import _notebook
-
-        return _notebook.medium_html(self)
+        span = self.range_nm
+        facts = [
+            ("data", "any wavelength" if span is None else f"{span[0]:g} to {span[1]:g} nm"),
+            ("source", self.source),
+            ("extended", self.extension or ""),
+            ("note", self.note),
+        ]
+        facts += [(f"n at {nm:g} nm", index_in_words(self, nm)) for nm in (450.0, 550.0, 650.0)]
+        return facts_html(self.name, facts)
 
     def __eq__(self, other: object) -> bool:
         return self._origin == other._origin if isinstance(other, Medium) else NotImplemented
@@ -242,6 +249,20 @@ class Medium:
         kind, *content = self._origin
         makers: dict[str, Any] = {"text": Medium._from_text, "mixture": Medium._from_mixture}
         return makers.get(kind, Medium), tuple(content)
+
+
+def as_medium(value: Any) -> Medium:
+    """A medium as it is; a name or an index as a medium."""
+    return value if isinstance(value, Medium) else Medium(value)
+
+
+def index_in_words(medium: Medium, wavelength_nm: float) -> str:
+    """The index to four digits, for tables; nothing where the medium has no data."""
+    try:
+        index = complex(medium.index(wavelength_nm))
+    except ValueError:  # no data there
+        return ""
+    return f"{index.real:.4g}" if index.imag == 0.0 else f"{index.real:.4g} {index.imag:+.3g}i"
 
 
 class MediumName(str):

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from iridesce import color
 from iridesce.arguments.operands import real_operand
+from iridesce.color.screen import gains, gains_in_words, screen
 from iridesce.plot._arguments import StackLike, even, family, samples
-from iridesce.plot._colors import gains, gains_in_words, screen
 from iridesce.plot._style import begin, circumstances, heading, shortened
 
 if TYPE_CHECKING:

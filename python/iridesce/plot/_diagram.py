@@ -8,7 +8,7 @@ import numpy as np
 
 from iridesce import color
 from iridesce.arguments.operands import Floats
-from iridesce.plot._colors import chromatic
+from iridesce.color.screen import chromatic
 from iridesce.plot._style import Theme
 
 if TYPE_CHECKING:

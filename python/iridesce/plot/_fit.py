@@ -2,22 +2,49 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from iridesce.arguments.operands import Floats
 from iridesce.plot._style import begin, heading, legend
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from iridesce.inverse.fit import FitResult, Solution
-
 _MOST_CURVES = 5
 _DASHES = ("solid", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)), (0, (3, 1, 1, 1)))
 
 
-def plot(result: FitResult, ax: Axes | None, title: str | None, theme: str | None) -> Axes:
+class Solution(Protocol):
+    """What is drawn of one solution."""
+
+    @property
+    def thickness_nm(self) -> Any: ...
+    @property
+    def interval_nm(self) -> Any: ...
+    @property
+    def weight(self) -> float: ...
+    @property
+    def fitted(self) -> Floats: ...
+
+
+class Fit(Protocol):
+    """What is drawn of a fit: `iridesce.fit.FitResult` is one."""
+
+    @property
+    def wavelength_nm(self) -> Floats: ...
+    @property
+    def measured(self) -> Floats: ...
+    @property
+    def stack(self) -> str: ...
+    @property
+    def solutions(self) -> Sequence[Solution]: ...
+    def __len__(self) -> int: ...
+
+
+def plot(result: Fit, ax: Axes | None, title: str | None, theme: str | None) -> Axes:
     """Points, curves, and under the title what was found."""
     ax, look = begin(ax, theme, (7.6, 4.6))
     nm, values = result.wavelength_nm, result.measured

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iridesce.arguments.operands import Floats, real_operand
+from iridesce.color.screen import monochromatic
 from iridesce.optics.stack_text import parse_items
 from iridesce.plot._arguments import StackLike, Stacks, angles, listed, stack_name, words
-from iridesce.plot._colors import monochromatic
 from iridesce.plot._style import Theme, begin, heading, legend, number
 from iridesce.stack import Stack
 

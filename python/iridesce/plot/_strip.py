@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from iridesce import color
 from iridesce.arguments.operands import Floats
+from iridesce.color.screen import gains, gains_in_words, readable_on, screen
 from iridesce.plot._arguments import Family, Stacks, angles, even, family, listed, samples
-from iridesce.plot._colors import gains, gains_in_words, readable_on, screen
 from iridesce.plot._style import SMALL, begin, circumstances, heading, number, shortened
 
 if TYPE_CHECKING:

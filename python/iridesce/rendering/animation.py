@@ -9,12 +9,11 @@ import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from iridesce import _core
 from iridesce.files.whole import check_place, write_whole
-
-if TYPE_CHECKING:
-    from iridesce.scene import Scene
+from iridesce.scene import Scene
 
 # What a video file's ending asks of ffmpeg. Quality where nothing of the film's fine structure is lost to the eye.
 _CODECS = {
@@ -201,8 +200,6 @@ def scene_at(scene: Scene, films: Sequence[FlowingFilm], film_s: float, camera: 
 
 def keep_films(films: Sequence[FlowingFilm], folder: Path) -> None:
     """Write where the films stand, so that another run can go on from there."""
-    from iridesce import _core
-
     for number, film in enumerate(films):
         standing = _core.flow_standing(*film.which)
         if standing is not None:
@@ -211,8 +208,6 @@ def keep_films(films: Sequence[FlowingFilm], folder: Path) -> None:
 
 def take_up_films(films: Sequence[FlowingFilm], folder: Path) -> None:
     """Let films go on where they stood; those that are not kept flow from their beginning again."""
-    from iridesce import _core
-
     for number, film in enumerate(films):
         kept = folder / f"film_{number}.irflow"
         if kept.exists():

@@ -7,15 +7,13 @@ import operator
 import os
 import warnings
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from iridesce import _core
 from iridesce._progress import progress_bar
 from iridesce.errors import ResourceError
 from iridesce.image import Image
-
-if TYPE_CHECKING:
-    from iridesce.scene import Scene
+from iridesce.scene import Scene
 
 __all__ = ["render"]
 
@@ -64,8 +62,6 @@ def render(
     size = _size(size)
     if not (progress is None or isinstance(progress, bool) or callable(progress)):
         raise ValueError(f"progress must be a function of (done, total), True, False or None, got {progress!r}")
-
-    from iridesce.scene import Scene
 
     if not isinstance(scene, Scene):
         scene = Scene.load(scene)

@@ -10,6 +10,7 @@ from typing import Any
 
 from iridesce import _core
 from iridesce.errors import SceneError
+from iridesce.files.toml import dumps
 
 __all__ = ["Scene", "scene_names", "scene_text"]
 
@@ -104,8 +105,6 @@ class Scene:
         <BLANKLINE>
         [
         """
-        from iridesce.files.toml import dumps
-
         return dumps(self.to_dict())
 
     def with_value(self, path: str, value: Any) -> Scene:

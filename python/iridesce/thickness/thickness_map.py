@@ -185,9 +185,7 @@ class ThicknessMap:
 
     def _repr_png_(self) -> bytes:
         """What a notebook shows: false colours from the least thickness (dark) to the greatest."""
-        from iridesce import _notebook
-
-        return _notebook.map_png(self._thickness_nm)
+        return _false_colors(self._thickness_nm)
 
     def __repr__(self) -> str:
         least, most = float(self._thickness_nm.min()), float(self._thickness_nm.max())
@@ -201,6 +199,19 @@ class ThicknessMap:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (ThicknessMap, (self._thickness_nm,))
+
+
+def _false_colors(thickness_nm: NDArray[np.float64]) -> bytes:
+    """A map in false colours from its least value (dark) to its greatest, small ones enlarged."""
+    import matplotlib
+
+    step = max(1, -(-max(thickness_nm.shape) // 1024))
+    values = thickness_nm[::step, ::step]
+    low, high = float(values.min()), float(values.max())
+    share = (values - low) / (high - low) if high > low else np.zeros_like(values)
+    rgb = matplotlib.colormaps["viridis"](share)[..., :3].astype(np.float32)
+    times = max(1, 192 // max(values.shape))
+    return bytes(_core.png_bytes(np.ascontiguousarray(rgb.repeat(times, axis=0).repeat(times, axis=1)), "srgb"))
 
 
 def number(name: str, value: Any) -> float:
