@@ -95,7 +95,9 @@ def public_objects() -> Iterator[tuple[str, Any]]:
                 continue
             yield f"{module.__name__}.{name}", value
             if inspect.isclass(value):
-                for member, raw in vars(value).items():
+                # What it has of its own or from bases of ours.
+                owners = [owner for owner in value.__mro__ if owner.__module__.startswith("iridesce.")]
+                for member, raw in [pair for owner in reversed(owners) for pair in vars(owner).items()]:
                     if is_public(member):
                         function = raw.__func__ if isinstance(raw, classmethod | staticmethod) else raw
                         yield f"{module.__name__}.{name}.{member}", function

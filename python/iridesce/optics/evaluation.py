@@ -36,7 +36,7 @@ def evaluate(
     _core.stack_evaluate(
         quantity,
         polarization,
-        [indices(medium, arguments[0].values).reshape(-1) for medium in rows],
+        [index_at(medium, arguments[0].values).reshape(-1) for medium in rows],
         numbers,
         list(coherent),
         [(argument.values.reshape(-1), argument.strides(shape)) for argument in arguments],
@@ -47,7 +47,7 @@ def evaluate(
     )
 
 
-def indices(medium: Medium, wavelength_nm: Floats) -> npt.NDArray[np.complex128]:
+def index_at(medium: Medium, wavelength_nm: Floats) -> npt.NDArray[np.complex128]:
     """The medium's index at each wavelength, or a single one where it is constant; `ValueError` outside its data."""
     if medium.kind == "constant":
         return np.array(constant_index(medium))

@@ -18,7 +18,7 @@ from iridesce.arguments.operands import (
     place,
     real_operand,
 )
-from iridesce.optics.evaluation import check_ends, evaluate, indices, medium_repr
+from iridesce.optics.evaluation import check_ends, evaluate, index_at, medium_repr
 from iridesce.optics.layer import Fixed, Layer
 from iridesce.optics.medium import Medium, MediumLike, as_medium
 from iridesce.optics.stack_text import EXAMPLE, parse_items
@@ -309,7 +309,7 @@ class Multilayer(Fixed):
         """
         self._must_be_one_film()
         wavelength = real_operand("wavelength_nm", wavelength_nm, low=0.0, includes_low=False)
-        indices = [indices(medium, wavelength.values) for medium in self.media]
+        indices = [index_at(medium, wavelength.values) for medium in self.media]
         if any(np.any(index.imag != 0.0) for index in indices):
             raise ValueError("the two-beam form takes real indices: every medium must have k = 0")
         n = [np.broadcast_to(index.real, wavelength.values.shape) for index in indices]
@@ -405,7 +405,7 @@ class Multilayer(Fixed):
             elif hold:
                 values = np.asarray(medium.index(arguments[0].values, extrapolate="hold"))
             else:
-                values = indices(medium, arguments[0].values)
+                values = index_at(medium, arguments[0].values)
             columns.append(np.broadcast_to(values, shape).reshape(-1))
         rows = wavelength_nm.size
         thickness = np.empty((rows, len(self.layers)))
