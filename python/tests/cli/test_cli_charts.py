@@ -15,10 +15,10 @@ from typer.testing import CliRunner
 
 import iridesce as ir
 from conftest import Run
-from iridesce.cli.verbs import chart
+from iridesce.cli.entry import application
 from iridesce.files.whole import write_whole
 
-app = chart.app
+app = application()
 
 SOAP = "air / soap / air"
 

@@ -2,43 +2,29 @@
 
 from __future__ import annotations
 
-import contextlib
-import json
 import math
 import time
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from iridesce._progress import progress_bar
-from iridesce.cli.commands import (
-    JsonOption,
-    OutsideOption,
-    SceneArgument,
-    _assignment,
-    _changed,
-    _exposure,
-    _load,
-    _note,
-    _print_json,
-    _size,
-    app,
-)
-from iridesce.cli.entry import answers_errors
-from iridesce.files.whole import check_place, write_whole
+from iridesce.cli.answers import note, print_json
+from iridesce.cli.options import JsonOption, OutsideOption, SceneArgument, SetOption, ThreadsOption
+from iridesce.cli.reading import assignment, changed_scene, exposure_in_stops, load_scene, size_in_pixels
+from iridesce.cli.run_folder import RunFolder
+from iridesce.files.whole import check_place
 
 if TYPE_CHECKING:
     from iridesce.rendering.animation import CameraPath, FlowingFilm
     from iridesce.scene import Scene
 
-_RUN = "run.json"
 _MOST_FRAMES = 100_000
 
 
-@app.command()
-@answers_errors
-def animate(
+def verb(
     scene: SceneArgument,
     seconds: Annotated[float, typer.Option(metavar="S", help="Length of the footage, s.")] = 10.0,
     fps: Annotated[float, typer.Option(metavar="N", help="Frames per second.")] = 30.0,
@@ -61,16 +47,13 @@ def animate(
     columns: Annotated[
         int | None, typer.Option(help="Cells around of films that flow; their own if not given.")
     ] = None,
-    threads: Annotated[int | None, typer.Option(help="Threads; all cores if not given.")] = None,
+    threads: ThreadsOption = None,
     exposure: Annotated[
         str, typer.Option(metavar="E", help='Stops, or "auto": found in the first frame, the same for all.')
     ] = "auto",
     format_: Annotated[str, typer.Option("--format", help="Of the frames: png, exr, or both.")] = "png",
     keep_frames: Annotated[bool, typer.Option("--keep-frames", help="Keep the frames beside the video.")] = False,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change one value of the scene; may be given many times."),
-    ] = None,
+    set_: SetOption = None,
     allow_outside: OutsideOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -87,8 +70,8 @@ def animate(
         raise typer.BadParameter(f"must be png, exr or both, got {format_!r}", param_hint="--format")
     count = _frames(seconds, fps)
     _check_times(start, speed)
-    width_height = None if size is None else _size(size)
-    stops = _exposure(exposure)
+    width_height = None if size is None else size_in_pixels(size)
+    stops = exposure_in_stops(exposure)
 
     is_video = output.suffix.lower() in animation.VIDEOS
     if output.suffix and not is_video and not output.is_dir():
@@ -105,11 +88,11 @@ def animate(
             raise typer.BadParameter("a video is made of png frames: --format png or both", param_hint="--format")
         ffmpeg = animation.find_ffmpeg()
         if ffmpeg is None:
-            _note(
+            note(
                 'no ffmpeg found, so there will be frames and no video; install ffmpeg, or pip install "iridesce[video]"'
             )
 
-    loaded = _changed(_load(scene, allow_outside), [_assignment(text) for text in set_ or []])
+    loaded = changed_scene(load_scene(scene, allow_outside), [assignment(text) for text in set_ or []])
     loaded, films = _films(loaded, columns)
     path = animation.camera_path(loaded.to_dict()["camera"], seconds, orbit, camera)
     if not films and not path.moves:
@@ -117,61 +100,61 @@ def animate(
             f"nothing moves: {scene} has no film that flows; give its thickness_nm as {{ flow = ... }}, or --orbit or "
             "--camera"
         )
-    run: dict[str, Any] = {
-        "scene": loaded.to_dict(),
-        "fps": fps,
-        "start": start,
-        "speed": speed,
-        "seconds": seconds,
-        "orbit": orbit,
-        "camera": [[time_s, list(values)] for time_s, values in path.keys],
-        "size": width_height,
-        "samples": 12 if samples is None else samples,
-        "format": format_,
-        "exposure": stops,
-    }
-    run = json.loads(json.dumps(run))
-    known_stops = _begin(folder, run, resume)
+    run = RunFolder.of(
+        folder,
+        "footage",
+        scene=loaded.to_dict(),
+        fps=fps,
+        start=start,
+        speed=speed,
+        seconds=seconds,
+        orbit=orbit,
+        camera=[[time_s, list(values)] for time_s, values in path.keys],
+        size=width_height,
+        samples=12 if samples is None else samples,
+        format=format_,
+        exposure=stops,
+    )
+    known_stops = None
+    if resume:
+        known_stops = run.taken_up().get("stops")
+    else:
+        run.check_new()
+        run.start()
     if resume:
         animation.take_up_films(films, folder)
     began = time.perf_counter()
-    shot = _Shot(loaded, films, path, start, speed, fps, run, folder, formats, threads)
+    shot = _Shot(loaded, films, path, start, speed, fps, run, formats, threads)
     drawn, used_stops = _draw(shot, count, known_stops)
     if is_video and ffmpeg is not None:
         animation.write_video(ffmpeg, folder, fps, count, output)
         if not keep_frames:
-            _remove(folder, count, formats, len(films))
+            _remove(run, count, formats, len(films))
         answer = output
     else:
         answer = folder
     took = time.perf_counter() - began
     if as_json:
         facts = {"file": str(answer), "frames": count, "drawn": drawn, "exposure": used_stops, "seconds": took}
-        _print_json(facts)
+        print_json(facts)
     else:
         print(answer)
-    _note(f"{count} frames, {drawn} of them drawn now, {took:.1f} s")
+    note(f"{count} frames, {drawn} of them drawn now, {took:.1f} s")
 
 
+@dataclass(frozen=True)
 class _Shot:
     """All that a frame needs."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        films: list[FlowingFilm],
-        path: CameraPath,
-        start: float,
-        speed: float,
-        fps: float,
-        run: dict[str, Any],
-        folder: Path,
-        formats: list[str],
-        threads: int | None,
-    ) -> None:
-        self.scene, self.films, self.path = scene, films, path
-        self.start, self.speed, self.fps = start, speed, fps
-        self.run, self.folder, self.formats, self.threads = run, folder, formats, threads
+    scene: Scene
+    films: list[FlowingFilm]
+    path: CameraPath
+    start: float
+    speed: float
+    fps: float
+    run: RunFolder
+    formats: list[str]
+    threads: int | None
 
 
 def _draw(shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
@@ -181,11 +164,12 @@ def _draw(shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
     import iridesce as ir
     from iridesce.rendering import animation
 
-    size = None if shot.run["size"] is None else (shot.run["size"][0], shot.run["size"][1])
+    asked, folder = shot.run.asked, shot.run.folder
+    size = None if asked["size"] is None else (asked["size"][0], asked["size"][1])
     drawn = 0
     with progress_bar("frames", counted=True) as advance:
         for number in range(count):
-            files = list(animation.frame_names(shot.folder, number, shot.formats))
+            files = list(animation.frame_names(folder, number, shot.formats))
             if stops is not None and all(file.exists() for file in files):
                 advance(number + 1, count)
                 continue
@@ -195,13 +179,13 @@ def _draw(shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
             with warnings.catch_warnings():
                 # What there is to say of media is said once.
                 warnings.simplefilter("default" if drawn == 0 else "ignore")
-                image = ir.render(now, samples=shot.run["samples"], size=size, threads=shot.threads)
+                image = ir.render(now, samples=asked["samples"], size=size, threads=shot.threads)
             if stops is None:
-                stops = image.exposure_stops(shot.run["exposure"])
-                write_whole(shot.folder / _RUN, _text({**shot.run, "stops": stops}))
+                stops = image.exposure_stops(asked["exposure"])
+                shot.run.start(stops=stops)
             for file in files:
                 image.save(file, exposure=stops)
-            animation.keep_films(shot.films, shot.folder)
+            animation.keep_films(shot.films, folder)
             drawn += 1
             advance(number + 1, count)
     return drawn, 0.0 if stops is None else stops
@@ -234,47 +218,13 @@ def _films(scene: Scene, columns: int | None) -> tuple[Scene, list[FlowingFilm]]
     return scene, flowing_films(scene.to_dict())
 
 
-def _begin(folder: Path, run: dict[str, Any], resume: bool) -> float | None:
-    """Make the folder, or see that it holds the same footage; the exposure, where it is known already."""
-    description = folder / _RUN
-    if not resume:
-        if description.exists():
-            raise ValueError(f"{folder} holds footage; --resume goes on with it, another name starts afresh")
-        if folder.is_dir() and any(folder.iterdir()):
-            raise ValueError(f"{folder} is not empty; name a new folder")
-        check_place(folder / _RUN) if folder.is_dir() else folder.mkdir(parents=True)
-        write_whole(description, _text(run))
-        return None
-    if not description.exists():
-        raise ValueError(f"{folder} holds no footage to resume: no {_RUN}")
-    try:
-        before = json.loads(description.read_bytes())
-        stops = before.pop("stops", None)
-        differing = [key for key, value in run.items() if before[key] != value]
-    except (ValueError, KeyError, TypeError, AttributeError, UnicodeDecodeError):
-        raise ValueError(f"{description} is not the description of footage") from None
-    if differing:
-        key = differing[0]
-        was, now = json.dumps(before[key]), json.dumps(run[key])
-        raise ValueError(
-            f"{folder} holds footage with another {key}: {was:.80}, not {now:.80}; --resume takes the same"
-        )
-    return None if stops is None else float(stops)
-
-
-def _remove(folder: Path, count: int, formats: list[str], films: int) -> None:
+def _remove(run: RunFolder, count: int, formats: list[str], films: int) -> None:
     """What this verb wrote, and the folder if that was all."""
     from iridesce.rendering.animation import frame_names
 
     for number in range(count):
-        for file in frame_names(folder, number, formats):
+        for file in frame_names(run.folder, number, formats):
             file.unlink(missing_ok=True)
     for number in range(films):
-        (folder / f"film_{number}.irflow").unlink(missing_ok=True)
-    (folder / _RUN).unlink(missing_ok=True)
-    with contextlib.suppress(OSError):
-        folder.rmdir()
-
-
-def _text(run: dict[str, Any]) -> bytes:
-    return (json.dumps(run, indent=1) + "\n").encode()
+        (run.folder / f"film_{number}.irflow").unlink(missing_ok=True)
+    run.remove()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -10,21 +9,26 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from iridesce.cli.commands import AngleOption, JsonOption, PolarizationOption, _print_json, _reading, _size, app
-from iridesce.cli.entry import answers_errors
+from iridesce.cli.answers import answers_errors, print_json
+from iridesce.cli.chart_file import write_panels
+from iridesce.cli.options import (
+    AngleOption,
+    IlluminantOption,
+    JsonOption,
+    PolarizationOption,
+    QuantityOption,
+    SizeOption,
+    ThemeOption,
+)
+from iridesce.cli.reading import pair, size_in_pixels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from iridesce.optics.medium import Medium
 
 GROWING_HELP = (
     'Media and layers separated by " / "; the layer that grows leaves out its thickness: "air / soap / air",'
     ' "air / SiO2 ? / Si 500 / air".'
 )
-FORMATS = (".png", ".pdf", ".svg")
-DPI = 160.0  # pixels of a .png to the inch: text is as large in all three formats
-
 GrowingArgument = Annotated[str, typer.Argument(metavar="STACK", help=GROWING_HELP, show_default=False)]
 OutputOption = Annotated[
     Path | None,
@@ -38,28 +42,20 @@ ToOption = Annotated[float | None, typer.Option("--to", help="Last thickness, nm
 LayerOption = Annotated[
     str | None, typer.Option("--layer", help="The layer that grows: its number, from 1, or its medium.")
 ]
-IlluminantOption = Annotated[str, typer.Option("--illuminant", help="D65, A, FL2, blackbody:2856, lines:589.158, ...")]
-QuantityOption = Annotated[str, typer.Option("--quantity", help="reflectance, transmittance or absorptance.")]
 ModelOption = Annotated[str, typer.Option("--model", help="exact or two-beam.")]
 ExposureOption = Annotated[
     str, typer.Option("--exposure", help='Stops (0: as it is), "auto", or "common" for all strips or angles alike.')
 ]
-ThemeOption = Annotated[str, typer.Option("--theme", help="light or dark.")]
-SizeOption = Annotated[
-    str | None,
-    typer.Option("--size", metavar="WxH", help="Pixels of a .png; a .pdf or .svg has 160 of them to the inch."),
-]
 TitleOption = Annotated[str | None, typer.Option("--title", help='Instead of the stack; "" for none.')]
 
-chart_app = typer.Typer(
+group = typer.Typer(
     help="Charts of a film that thickens: its path in the CIE diagram, its strip of colours, thickness against angle.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.add_typer(chart_app, name="chart")
 
 
-@chart_app.command()
+@group.command()
 @answers_errors
 def locus(
     stack: GrowingArgument,
@@ -121,7 +117,7 @@ def locus(
     _make("locus", stack, output, size, (1000 * len(models), 1100), len(models), draw, as_json)
 
 
-@chart_app.command()
+@group.command()
 @answers_errors
 def strip(
     stack: Annotated[
@@ -181,7 +177,7 @@ def strip(
     _make("strip", name, output, size, (1360, 210 + 82 * rows), 1, draw, as_json)
 
 
-@chart_app.command()
+@group.command()
 @answers_errors
 def angle(
     stack: GrowingArgument,
@@ -203,7 +199,7 @@ def angle(
 ) -> None:
     """All colours of the film: thickness, 0 to 2000 nm unless said otherwise, against the angle of incidence."""
     across = _thicknesses(range_, from_, to, 2000.0)
-    up = _pair(angle, "--angle", "degrees")
+    up = pair(angle, "--angle", "degrees")
 
     def draw(axes: list[Axes]) -> None:
         from iridesce import plot
@@ -226,17 +222,6 @@ def angle(
     _make("angle", stack, output, size, (1200, 800), 1, draw, as_json)
 
 
-def plot_medium(medium: Medium, path: Path, theme: str, size: str | None) -> None:
-    """The plot of ``iridesce media NAME -o FILE``."""
-
-    def draw(axes: list[Axes]) -> None:
-        from iridesce import plot
-
-        plot.medium(medium, theme=theme, ax=axes[0])
-
-    _write(path, (1200, 740) if size is None else _size(size), 1, draw)
-
-
 # --- what the user typed -------------------------------------------------------------------------------------------
 
 
@@ -245,18 +230,8 @@ def _thicknesses(range_: str | None, start: float | None, end: float | None, def
     if range_ is not None:
         if start is not None or end is not None:
             raise typer.BadParameter("--range says it all: leave out --from and --to", param_hint="--range")
-        return _pair(range_, "--range", "nm")
+        return pair(range_, "--range", "nm")
     return (0.0 if start is None else start, default_end if end is None else end)
-
-
-def _pair(text: str, option: str, unit: str) -> tuple[float, float]:
-    first, colon, last = text.partition(":")
-    try:
-        if not colon:
-            raise ValueError
-        return float(first), float(last)
-    except ValueError:
-        raise typer.BadParameter(f"wanted two numbers in {unit}, as in 0:60, got {text!r}", param_hint=option) from None
 
 
 def _layer(text: str | None) -> int | str | None:
@@ -288,51 +263,11 @@ def _make(
 ) -> None:
     """Draw one chart of one or more panels and write it."""
     path = output or Path(f"{kind}-{_slug(stack)}.png")
-    _write(path, pixels if size is None else _size(size), panels, draw)
+    write_panels(path, pixels if size is None else size_in_pixels(size), panels, draw)
     if as_json:
-        _print_json({"files": [str(path)]})
+        print_json({"files": [str(path)]})
     else:
         print(path)
-
-
-def _write(path: Path, pixels: tuple[int, int], panels: int, draw: Callable[[list[Any]], None]) -> None:
-    """Draw and write; everything that can be wrong with name and size is found before the drawing."""
-    ending = path.suffix.lower()
-    if ending not in FORMATS:
-        raise typer.BadParameter(f"the name must end in {', '.join(FORMATS)}, got {str(path)!r}", param_hint="-o")
-    width, height = pixels
-    if width < 160 or height < 120:
-        raise ValueError(f"--size must be at least 160x120 for a chart, got {width}x{height}")
-    from iridesce.errors import ResourceError
-    from iridesce.files.whole import check_place, write_whole
-
-    if width > 2**14 or height > 2**14:
-        raise ResourceError(f"--size must be at most {2**14}x{2**14} for a chart, got {width:.6g}x{height:.6g}")
-    check_place(path)
-
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    # Text stays text in .svg files; the salt makes the same chart the same bytes.
-    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "iridesce"}):
-        figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI)
-        figure.set_layout_engine("constrained", w_pad=0.1, h_pad=0.1)
-        axes = [figure.add_subplot(1, panels, 1 + panel) for panel in range(panels)]
-        with _reading():
-            draw(axes)
-        buffer = io.BytesIO()
-        dates = {".png": {}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}[ending]
-        figure.savefig(buffer, format=ending[1:], dpi=DPI, metadata=dates)
-    write_whole(path, buffer.getvalue())
-
-
-def write_chart(path: Path, size: str | None, draw: Callable[[Any], object]) -> None:
-    """One chart of another verb into a file."""
-
-    def one(axes: list[Any]) -> None:
-        draw(axes[0])
-
-    _write(path, (1250, 800) if size is None else _size(size), 1, one)
 
 
 def _slug(stack: str) -> str:

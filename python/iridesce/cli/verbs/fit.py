@@ -7,14 +7,13 @@ from typing import Annotated, Any
 
 import typer
 
-from iridesce.cli.commands import AngleOption, JsonOption, PolarizationOption, _note, _print_json, app
-from iridesce.cli.entry import answers_errors
-from iridesce.cli.verbs.chart import FORMATS, SizeOption, ThemeOption, _pair, write_chart
+from iridesce.cli.answers import note, print_json
+from iridesce.cli.chart_file import FORMATS, write_chart
+from iridesce.cli.options import AngleOption, JsonOption, PolarizationOption, SizeOption, ThemeOption
+from iridesce.cli.reading import pair
 
 
-@app.command()
-@answers_errors
-def fit(
+def verb(
     spectrum: Annotated[
         Path, typer.Argument(help="The spectrometer's text file: wavelength and measurement.", show_default=False)
     ],
@@ -62,7 +61,7 @@ def fit(
     files = output or []
     for file in files:
         rows.check(file, (*FORMATS, *rows.FORMATS))
-    pairs = [_pair(text, "--range", "nm") for text in range_ or []]
+    pairs = [pair(text, "--range", "nm") for text in range_ or []]
 
     import iridesce as ir
 
@@ -92,10 +91,10 @@ def fit(
             write_chart(file, size, lambda ax: result.plot(ax, theme=theme))
     if as_json:
         answer = {"file": str(spectrum), "column": read.column, "read": list(read.notes), **result.to_dict()}
-        _print_json({**answer, "files": [str(file) for file in files]})
+        print_json({**answer, "files": [str(file) for file in files]})
         return
-    for note in read.notes:
-        _note(f"note: {note}")
+    for remark in read.notes:
+        note(f"note: {remark}")
     print(result)
     for file in files:
         print(file)

@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from iridesce._progress import progress_bar
-from iridesce.cli.commands import JsonOption, _assignment, _note, _print_json, app
-from iridesce.cli.entry import answers_errors
+from iridesce.cli.answers import note, print_json
+from iridesce.cli.options import JsonOption
+from iridesce.cli.reading import assignment
+from iridesce.cli.run_folder import RunFolder
 from iridesce.files.whole import write_whole
 
 if TYPE_CHECKING:
     from iridesce.thickness.simulation import Simulation
 
-_RUN = "run.json"
 _CHECKPOINT = "checkpoint.irflow"
 _FORMATS = ("tif", "exr", "npy")
 
 
-@app.command()
-@answers_errors
-def flow(
+def verb(
     preset: Annotated[str, typer.Argument(help="bubble-on-bath, free-bubble, giant-bubble, late; see --list.")] = "",
     time: Annotated[float, typer.Option("--time", metavar="S", help="Time of the last frame, s.")] = 4.0,
     output: Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder for the frames.")] = None,
@@ -44,7 +42,7 @@ def flow(
     """Let a soap film flow: thickness frames in nm, over a whole sphere, and a checkpoint to go on from."""
     from iridesce import thickness
 
-    changes: dict[str, Any] = {key: _real(key, value) for key, value in map(_assignment, set_ or [])}
+    changes: dict[str, Any] = {key: _real(key, value) for key, value in map(assignment, set_ or [])}
     if list_:
         _list(preset, seed, columns, changes, as_json)
         return
@@ -56,26 +54,30 @@ def flow(
         raise typer.BadParameter("name a folder for the frames", param_hint="-o")
     if format_ not in _FORMATS:
         raise typer.BadParameter(f"must be one of {', '.join(_FORMATS)}, got {format_!r}", param_hint="--format")
-    run = {"preset": preset, "fps": fps, "seed": seed, "columns": columns, "format": format_, "set": changes}
-    checkpoint = _checkpoint(output, run, resume)
+    run = RunFolder.of(output, "a run", preset=preset, fps=fps, seed=seed, columns=columns, format=format_, set=changes)
+    checkpoint = None
+    if resume:
+        run.taken_up()
+        place = output / _CHECKPOINT
+        # Interrupted before its first frame, a run starts again.
+        checkpoint = place.read_bytes() if place.exists() else None
+    else:
+        run.check_new(may_hold_other_files=True)
     film = thickness.simulate(preset, time, fps, seed, columns, checkpoint, **changes)
-    output.mkdir(parents=True, exist_ok=True)
     if checkpoint is None:
-        write_whole(
-            output / _RUN, (json.dumps({**run, "parameters": _plain(film.parameters)}, indent=1) + "\n").encode()
-        )
+        run.start(parameters=_plain(film.parameters))
     try:
         written = _write(film, output, format_)
     except KeyboardInterrupt:
-        _note(f"frame {film.frame} was not finished; the same command with --resume goes on from there")
+        note(f"frame {film.frame} was not finished; the same command with --resume goes on from there")
         raise
     if film.ruptured_s is not None:
-        _note(f"the film burst at {film.ruptured_s:g} s")
+        note(f"the film burst at {film.ruptured_s:g} s")
     if as_json:
-        _print_json({"files": [str(path) for path in written], **film.facts})
+        print_json({"files": [str(path) for path in written], **film.facts})
     else:
         print(output)
-    _note(f"{len(written)} frames, {film.facts['step']:g} steps in all")
+    note(f"{len(written)} frames, {film.facts['step']:g} steps in all")
 
 
 def _write(film: Simulation, folder: Path, ending: str) -> list[Path]:
@@ -91,43 +93,19 @@ def _write(film: Simulation, folder: Path, ending: str) -> list[Path]:
     return written
 
 
-def _checkpoint(folder: Path, run: dict[str, Any], resume: bool) -> bytes | None:
-    """The checkpoint of the folder's run, if it is to go on; ``ValueError`` where that or a fresh start is not possible."""
-    description = folder / _RUN
-    if not resume:
-        if description.exists():
-            raise ValueError(f"{folder} holds a run; --resume goes on with it, another folder starts afresh")
-        return None
-    if not description.exists():
-        raise ValueError(f"{folder} holds no run to resume: no {_RUN}")
-    try:
-        before = json.loads(description.read_bytes())
-        old = {key: before[key] for key in run}
-    except (ValueError, KeyError, TypeError, UnicodeDecodeError):
-        raise ValueError(f"{description} is not the description of a run") from None
-    for key, value in run.items():
-        if old[key] != value:
-            raise ValueError(
-                f"{folder} holds a run with {key} {old[key]!r:.80}, not {value!r:.80}; --resume takes the same"
-            )
-    place = folder / _CHECKPOINT
-    # Interrupted before its first frame, a run starts again.
-    return place.read_bytes() if place.exists() else None
-
-
 def _list(preset: str, seed: int, columns: int | None, changes: dict[str, Any], as_json: bool) -> None:
     from iridesce import thickness
 
     if not preset:
         names = thickness.presets()
         if as_json:
-            _print_json(names)
+            print_json(names)
         else:
             print("\n".join(names))
         return
     parameters = _plain(thickness.simulate(preset, 0.0, seed=seed, columns=columns, **changes).parameters)
     if as_json:
-        _print_json(parameters)
+        print_json(parameters)
     else:
         print("\n".join(f"{name} = {value}" for name, value in parameters.items()))
 

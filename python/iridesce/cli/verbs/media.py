@@ -7,13 +7,12 @@ from typing import Annotated, Any
 
 import typer
 
-from iridesce.cli.commands import JsonOption, _media_names, _note, _print_json, app
-from iridesce.cli.entry import answers_errors
+from iridesce.cli.answers import note, print_json
+from iridesce.cli.chart_file import write_chart
+from iridesce.cli.options import JsonOption
 
 
-@app.command()
-@answers_errors
-def media(
+def verb(
     name: Annotated[
         str | None,
         typer.Argument(help="Only this medium, with its index; also a page of refractiveindex.info: SiO2/Malitson."),
@@ -45,11 +44,11 @@ def media(
     row = {**_medium_row(medium), "note": medium.note, "extension": medium.extension, "index": _index_rows(medium)}
     files = {} if output is None else {"files": [str(output)]}
     if output is not None:
-        from iridesce.cli.verbs.chart import plot_medium
+        from iridesce import plot
 
-        plot_medium(medium, output, theme, size)
+        write_chart(output, size or "1200x740", lambda ax: plot.medium(medium, theme=theme, ax=ax))
     if as_json:
-        _print_json({**row, **files})
+        print_json({**row, **files})
         return
     _print_medium(row)
     if output is not None:
@@ -59,13 +58,13 @@ def media(
 def _list_media(search: str | None, as_json: bool) -> None:
     import iridesce as ir
 
-    rows = [_medium_row(ir.Medium(entry)) for entry in _media_names()]
+    rows = [_medium_row(ir.Medium(entry)) for entry in ir.media()]
     if search is not None:
         words = search.lower().split()
         rows = [row for row in rows if all(word in f"{row['name']} {row['source']}".lower() for word in words)]
     pages = [] if search is None else _pages(search)
     if as_json:
-        _print_json(rows + [{"name": name, "kind": "page", "range_nm": None, "source": title} for name, title in pages])
+        print_json(rows + [{"name": name, "kind": "page", "range_nm": None, "source": title} for name, title in pages])
         return
     for row in rows:
         print(f"{row['name']:<12} {_extent(row['range_nm']):<16} {row['source']}")
@@ -80,7 +79,7 @@ def _pages(search: str) -> list[tuple[str, str]]:
     try:
         return [(page.name, page.title) for page in database.search(search)]
     except database.MissingDatabase as missing:
-        _note(f"note: {missing}")
+        note(f"note: {missing}")
         return []
 
 

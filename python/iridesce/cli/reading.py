@@ -1,0 +1,142 @@
+"""What the user typed: sizes, ranges, assignments, scenes."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from iridesce.scene import Scene
+
+
+@contextlib.contextmanager
+def reading() -> Iterator[None]:
+    """Input that cannot be read is bad input, while output that cannot be written is a failure."""
+    try:
+        yield
+    except OSError as error:
+        raise ValueError(f"{error.filename}: {error.strerror}" if error.filename else str(error)) from error
+
+
+def size_in_pixels(text: str) -> tuple[int, int]:
+    # As many digits as Python turns into a number: a monstrous size is a matter of resources, not of usage.
+    match = re.fullmatch(r"\s*(\d{1,4000})\s*[xX\u00d7]\s*(\d{1,4000})\s*", text)
+    if match is None:
+        raise typer.BadParameter(f"wanted width x height in pixels, as in 640x480, got {text!r}", param_hint="--size")
+    return int(match[1]), int(match[2])
+
+
+def exposure_in_stops(text: str) -> float | str:
+    if text == "auto":
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        message = f'wanted a number of stops or "auto", got {text!r}'
+        raise typer.BadParameter(message, param_hint="--exposure") from None
+
+
+def assignment(text: str) -> tuple[str, Any]:
+    """``KEY=VALUE``, the value written as in a scene file; what is no TOML value is taken as a string."""
+    import tomllib
+
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise typer.BadParameter(f"wanted KEY=VALUE, got {text!r}", param_hint="--set")
+    try:
+        return key.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return key.strip(), value.strip()
+
+
+def wavelength_grid(start: float, stop: float, step: float) -> Any:
+    """Wavelengths from `start` to `stop`, the end included when a whole number of steps leads to it."""
+    import math
+
+    import numpy as np
+
+    from iridesce.errors import ResourceError
+
+    for option, value in (("--from", start), ("--to", stop), ("--step", step)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise ValueError(f"{option} must be > 0 and finite, in nm, got {value:g}")
+    if stop < start:
+        raise ValueError(f"--to must not be below --from, got {start:g} to {stop:g} nm")
+    steps = (stop - start) / step
+    if steps > 1e7:
+        raise ResourceError(f"--step {step:g} asks for {steps:.3g} wavelengths, at most 1e7 are allowed")
+    # A hair more than the quotient, or rounding would lose the last point of, say, 0.1 nm steps.
+    return start + step * np.arange(int(steps * (1.0 + 1e-12) + 1e-9) + 1)
+
+
+def pair(text: str, option: str, unit: str) -> tuple[float, float]:
+    first, colon, last = text.partition(":")
+    try:
+        if not colon:
+            raise ValueError
+        return float(first), float(last)
+    except ValueError:
+        raise typer.BadParameter(f"wanted two numbers in {unit}, as in 0:60, got {text!r}", param_hint=option) from None
+
+
+def load_scene(scene: str, allow_outside: bool) -> Scene:
+    from iridesce.scene import Scene
+
+    with reading(), flowing():
+        return Scene.load(scene, allow_outside=allow_outside)
+
+
+def changed_scene(scene: Scene, changes: list[tuple[str, Any]]) -> Scene:
+    """The scene with what --set says."""
+    with flowing():
+        for key, value in changes:
+            scene = scene.with_value(key, value)
+    return scene
+
+
+def thickness_range(text: str | None) -> tuple[float, float] | None:
+    """Two thicknesses in nm from ``--vary A:B``."""
+    if text is None:
+        return None
+    first, colon, last = text.partition(":")
+    try:
+        if not colon:
+            raise ValueError
+        return float(first), float(last)
+    except ValueError:
+        message = f"wanted two thicknesses in nm, as in 0:1200, got {text!r}"
+        raise typer.BadParameter(message, param_hint="--vary") from None
+
+
+@contextlib.contextmanager
+def flowing() -> Iterator[None]:
+    """A bar for films that flow while a scene is read; none where nothing flows."""
+    from iridesce import _core
+    from iridesce._progress import progress_bar
+
+    with progress_bar("the film flows") as advance:
+        _core.flow_watch(advance)
+        try:
+            yield
+        finally:
+            _core.flow_watch(None)
+
+
+def plain_name(scene: str) -> str:
+    """What a scene's pictures are called: its name, or its file's name without the ending."""
+    return Path(scene).stem if scene.endswith((".toml", ".json")) else Path(scene).name
+
+
+def check_picture(path: Path) -> None:
+    """Find out before a long render, not after it, that its picture has nowhere to go."""
+    if path.suffix.lower() not in {".png", ".exr"}:
+        raise typer.BadParameter(f"the name must end in .png or .exr, got {str(path)!r}", param_hint="-o")
+
+    from iridesce.image import check_output
+
+    check_output(path)

@@ -1,0 +1,78 @@
+"""The verb ``render``: a scene to its picture."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from iridesce.cli.answers import note, print_json
+from iridesce.cli.options import JsonOption, OutsideOption, SceneArgument, SetOption, ThreadsOption
+from iridesce.cli.reading import (
+    assignment,
+    changed_scene,
+    check_picture,
+    exposure_in_stops,
+    load_scene,
+    plain_name,
+    size_in_pixels,
+)
+
+if TYPE_CHECKING:
+    from iridesce.image import Image
+
+
+def verb(
+    scene: SceneArgument,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Picture to write, .png or .exr; may be given twice. Without it both are written here.",
+        ),
+    ] = None,
+    size: Annotated[str | None, typer.Option(metavar="WxH", help="Width and height in pixels, as in 640x480.")] = None,
+    samples: Annotated[int | None, typer.Option(help="Camera rays per pixel.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Another seed gives other, independent noise.")] = None,
+    threads: ThreadsOption = None,
+    exposure: Annotated[str, typer.Option(metavar="E", help='Stops for the .png, or "auto".')] = "auto",
+    set_: SetOption = None,
+    allow_outside: OutsideOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Draw a scene: writes its picture as .png (to look at) and .exr (all the numbers)."""
+    width_height = None if size is None else size_in_pixels(size)
+    stops = exposure_in_stops(exposure)
+    changes = [assignment(text) for text in set_ or []]
+    loaded = changed_scene(load_scene(scene, allow_outside), changes)
+    paths = output or [Path(plain_name(scene) + suffix) for suffix in (".png", ".exr")]
+    for path in paths:
+        check_picture(path)
+
+    import iridesce as ir
+
+    started = time.perf_counter()
+    image = ir.render(loaded, samples=samples, seed=seed, size=width_height, threads=threads, progress=True)
+    for path in paths:
+        image.save(path, exposure=stops)
+    seconds = time.perf_counter() - started
+    if as_json:
+        facts = {key: value for key, value in image.metadata.items() if key != "scene"}
+        print_json({"files": [str(path) for path in paths], **facts})
+    else:
+        for path in paths:
+            print(path)
+    note(_summary(image, seconds))
+
+
+def _summary(image: Image, seconds: float) -> str:
+    height, width = image.xyz.shape[:2]
+    metadata = image.metadata
+    text = f"{width} x {height} pixels, {metadata['samples']} samples, seed {metadata['seed']}, {seconds:.2f} s"
+    share = metadata.get("out_of_gamut")
+    if isinstance(share, float) and share > 0.0:
+        text += f"; {100.0 * share:.1f} % of the pixels lie outside sRGB (hue kept in the .png)"
+    return text
