@@ -13,36 +13,20 @@ from typing import Any
 import pytest
 
 from conftest import ROOT
-
-# Our crates and which of our crates each may use, in any way (normal, build or dev dependency).
-MAY_USE = {
-    "iridesce-numerics": set(),
-    "iridesce-optics": {"iridesce-numerics"},
-    "iridesce-thickness": {"iridesce-numerics"},
-    "iridesce-flow": {"iridesce-numerics", "iridesce-thickness"},
-    "iridesce-files": {"iridesce-numerics", "iridesce-optics", "iridesce-thickness"},
-    "iridesce-scene": {
-        "iridesce-numerics",
-        "iridesce-optics",
-        "iridesce-thickness",
-        "iridesce-flow",
-        "iridesce-files",
-    },
-    "iridesce-render": {"iridesce-numerics", "iridesce-scene", "iridesce-optics", "iridesce-files"},
-    "iridesce": {
-        "iridesce-numerics",
-        "iridesce-optics",
-        "iridesce-thickness",
-        "iridesce-flow",
-        "iridesce-files",
-        "iridesce-scene",
-        "iridesce-render",
-    },
-    "iridesce-python": {"iridesce"},
-}
-
-# Inside optics a module may use the ones before it.
-OPTICS_ORDER = ["error", "spectrum", "medium", "incidence", "fresnel", "film", "stack", "color"]
+from house import (
+    KNOWN_CIRCLES,
+    MAY_USE,
+    MODULE_ORDER,
+    PACKAGE_ORDER,
+    circles,
+    floors,
+    python_arrows,
+    python_modules,
+    python_room,
+    rust_arrows,
+    rust_modules,
+    upstream_arrows,
+)
 
 # Licences that ask for nothing but to be named: fit for a package under MIT OR Apache-2.0.
 PERMISSIVE = {
@@ -91,87 +75,154 @@ def test_a_forbidden_edge_is_seen() -> None:
     assert forbidden_edges(packages) == ["iridesce-optics -> iridesce-scene"]
 
 
-# --- order of the modules of optics
+# --- order and circles of Rust modules
+
+CRATES = sorted(path.name for path in (ROOT / "crates").iterdir() if (path / "src").is_dir())
 
 
-def without_tests(text: str) -> str:
-    """Rust source up to its unit tests, without comments."""
-    text = text.split("#[cfg(test)]\nmod ")[0]
-    return re.sub(r"//[^\n]*", "", text)
+@cache
+def arrows_of(crate: str) -> dict[str, set[str]]:
+    return rust_arrows(rust_modules(ROOT / "crates" / crate / "src"))
 
 
-def split_top_level(group: str) -> list[str]:
-    """The members of a `{a::{b, c}, d}` group (given without its outer braces)."""
-    members, depth, current = [], 0, ""
-    for letter in group:
-        depth += {"{": 1, "}": -1}.get(letter, 0)
-        if letter == "," and depth == 0:
-            members.append(current.strip())
-            current = ""
-        else:
-            current += letter
-    return [member for member in [*members, current.strip()] if member]
+def top_level(module: str, order: list[str]) -> str:
+    """The row of a module: `stack::march`, and `stack_color` too, are `stack`."""
+    first = module.split("::")[0]
+    found = next((name for name in order if first == name or first.startswith(f"{name}_")), None)
+    assert found is not None, f"{module} belongs to no row of MODULE_ORDER"
+    return found
 
 
-def crate_names(text: str) -> set[str]:
-    """The first name after every `crate::` of a Rust source."""
-    names = set(re.findall(r"\bcrate::(\w+)", text))
-    for opening in re.finditer(r"\bcrate::\{", text):
-        depth, end = 1, opening.end()
-        while depth:
-            depth += {"{": 1, "}": -1}.get(text[end], 0)
-            end += 1
-        names |= {re.split(r"\W", member)[0] for member in split_top_level(text[opening.end() : end - 1])}
-    return names
+@pytest.mark.parametrize("crate", sorted(MODULE_ORDER))
+def test_modules_of_a_crate_are_in_order(crate: str) -> None:
+    order, arrows = MODULE_ORDER[crate], arrows_of(crate)
+    assert upstream_arrows(arrows, order, {name: top_level(name, order) for name in arrows}) == []
 
 
-def reexports(lib: str) -> dict[str, str]:
-    """Names that the crate root offers, with their home module."""
-    home = {}
-    for module, names in re.findall(r"pub use (\w+)::(\w+|\{[^}]*\});", lib):
-        for name in re.findall(r"\w+", names):
-            home[name] = module
-    return home
+def test_no_circles_among_rust_modules_but_the_known_ones() -> None:
+    found = {(crate, *circle) for crate in CRATES for circle in circles(arrows_of(crate))}
+    assert found - set(KNOWN_CIRCLES) == set(), "undo a new circle: what is upstream?"
+    assert set(KNOWN_CIRCLES) - found == set(), "a circle that is gone must leave KNOWN_CIRCLES"
 
 
-def backward_uses(sources: dict[str, str], lib: str) -> list[str]:
-    """Uses of a later module, as `file -> module`; `sources` maps a path below `src` to its text."""
-    home = reexports(lib)
-    wrong = []
-    for path, text in sources.items():
-        own = stage(path)
-        assert own is not None, f"{path} belongs to no module of OPTICS_ORDER"
-        for name in crate_names(without_tests(text)):
-            used = home.get(name, name)
-            if used in OPTICS_ORDER and OPTICS_ORDER.index(used) > OPTICS_ORDER.index(own):
-                wrong.append(f"{path} -> {used}")
-    return wrong
+def test_every_module_of_every_crate_is_read() -> None:
+    for crate in CRATES:
+        folder = ROOT / "crates" / crate / "src"
+        left_out = {path.stem for path in folder.rglob("*.rs")} - {
+            name.rpartition("::")[2] or "lib" for name in rust_modules(folder)
+        }
+        tests = re.findall(r"#\[cfg\(test\)\]\s*mod (\w+);", "".join(path.read_text() for path in folder.rglob("*.rs")))
+        assert left_out <= {"mod", *tests, *(path.stem for name in tests for path in folder.rglob(f"{name}/*.rs"))}
+    assert sum(map(len, arrows_of("optics").values())) > 50, "the arrows are not found any more"
 
 
-def stage(path: str) -> str | None:
-    """The module that a file below `src` belongs to: `stack/march.rs`, `stack_color.rs` and `stack.rs` are `stack`."""
-    first = path.split("/")[0].removesuffix(".rs")
-    return next((module for module in OPTICS_ORDER if first == module or first.startswith(f"{module}_")), None)
+def planted_crate(tmp_path: Path, **files: str) -> dict[str, set[str]]:
+    for name, text in {"lib": "mod film; mod stack; mod color;", **files}.items():
+        path = tmp_path / f"{name.replace('__', '/')}.rs"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return rust_arrows(rust_modules(tmp_path))
 
 
-def test_optics_modules_are_in_order() -> None:
-    source = ROOT / "crates" / "optics" / "src"
-    files = [path for path in source.rglob("*.rs") if path.stem != "tests"]
-    sources = {path.relative_to(source).as_posix(): path.read_text() for path in files}
-    lib = sources.pop("lib.rs")
-    assert set(re.findall(r"^(?:pub )?mod (\w+);", lib, flags=re.M)) >= set(OPTICS_ORDER)
-    assert backward_uses(sources, lib) == []
+@pytest.mark.parametrize(
+    "text",
+    [
+        "use crate::stack::solve;",
+        "use crate::{medium::Medium, stack::{march::Wave, x}};",
+        "pub(crate) fn f() -> f64 { crate::stack::solve() }",
+        "use super::super::stack;",
+        "use crate::Stack;",  # which the root only hands on
+        "use crate::film::Stack as Same;",  # which a module hands on
+    ],
+)
+def test_a_use_of_a_later_module_is_seen(text: str, tmp_path: Path) -> None:
+    arrows = planted_crate(
+        tmp_path,
+        lib="mod film; mod stack; mod color;\npub use stack::{Layer, Stack};",
+        film="mod thin;\npub use crate::stack::Stack;",
+        film__thin=text,
+        stack="mod march;\npub struct Stack;",
+        stack__march="",
+        color="use crate::film::thin::f;",
+    )
+    order = ["film", "stack", "color"]
+    seen = upstream_arrows(arrows, order, {name: top_level(name, order) for name in arrows})
+    assert seen
+    assert all(arrow.startswith("film::thin -> stack") for arrow in seen)
 
 
-def test_a_backward_use_is_seen() -> None:
-    lib = "pub use stack::{Layer, Stack};\npub use medium::Medium;"
-    sources = {
-        "film.rs": "use crate::{Medium, spectrum::{Table, x}, Stack};\n",
-        "medium/yaml.rs": "// crate::color is not used\nlet x = crate::film::reflectance();",
-        "color.rs": "use crate::stack::solve;",
-        "fresnel.rs": "fn f() {}\n#[cfg(test)]\nmod tests { use crate::stack; }",
-    }
-    assert backward_uses(sources, lib) == ["film.rs -> stack", "medium/yaml.rs -> film"]
+def test_what_is_no_use_of_a_later_module(tmp_path: Path) -> None:
+    arrows = planted_crate(
+        tmp_path,
+        film='// crate::stack is not used\nfn f() { say("crate::stack"); other::stack::f(); }\n'
+        "#[cfg(test)]\nmod tests { use crate::stack; }",
+        stack="#[cfg(test)]\nmod proofs;\nuse crate::film::f;",
+        stack__proofs="use crate::color;",
+        color="",
+    )
+    assert arrows == {"film": set(), "stack": {"film"}, "color": set()}
+
+
+def test_a_circle_of_rust_modules_is_seen(tmp_path: Path) -> None:
+    arrows = planted_crate(
+        tmp_path, film="use crate::color::c;", stack="use crate::film::f;", color="use super::stack;"
+    )
+    assert circles(arrows) == [("color", "film", "stack")]
+
+
+# --- order and circles of Python modules
+
+
+def test_python_modules_are_in_order_and_without_circles() -> None:
+    modules = python_modules(ROOT / "python" / "iridesce")
+    rooms = {name: python_room(name) for name in modules}
+    assert set(rooms.values()) == set(PACKAGE_ORDER), "a new package needs its row in PACKAGE_ORDER, a lost one none"
+    arrows = python_arrows(modules)
+    assert sum(map(len, arrows.values())) > 200, "the arrows are not found any more"
+    assert upstream_arrows(arrows, PACKAGE_ORDER, rooms) == []
+    assert circles(arrows) == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "import iridesce.stack",
+        "from iridesce.stack import Stack",
+        "from iridesce import stack",
+        "def f():\n    from iridesce import stack as later",
+        "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from iridesce.stack import Stack",
+    ],
+)
+def test_an_import_of_a_later_module_is_seen(text: str) -> None:
+    modules = {"iridesce": "", "iridesce.optics": "", "iridesce.optics.medium": text, "iridesce.stack": ""}
+    modules["iridesce.stack"] = "from iridesce.optics import medium"
+    arrows = python_arrows(modules)
+    rooms = {name: python_room(name) for name in modules}
+    assert upstream_arrows(arrows, ["optics", "stack", "iridesce"], rooms) == [
+        "iridesce.optics.medium -> iridesce.stack"
+    ]
+    assert circles(arrows) == [("iridesce.optics.medium", "iridesce.stack")]
+
+
+def test_relative_imports_are_refused() -> None:
+    with pytest.raises(AssertionError, match="the whole path"):
+        python_arrows({"iridesce.optics.medium": "from . import stack"})
+
+
+def test_floors_are_counted() -> None:
+    assert floors({"a": set(), "b": {"a"}, "c": {"a", "b"}, "d": set()}) == 3
+
+
+def test_no_module_bears_the_name_of_a_public_function() -> None:
+    """Importing such a submodule would put it in the function's place: `ir.render` would be a module."""
+    taken = {"render", "sweep", "merge", "export", "validate", "widget", "media", "fit_thickness", "map_thickness"}
+    modules = python_modules(ROOT / "python" / "iridesce")
+    assert {f"iridesce.{name}" for name in taken} & set(modules) == set()
+    for package, text in modules.items():
+        inside = {name.removeprefix(f"{package}.") for name in modules if name.startswith(f"{package}.")}
+        listed = re.search(r"^__all__ = \[(.*?)\]", text, flags=re.M | re.S)
+        offered = set() if package == "iridesce" or listed is None else set(re.findall(r'"(\w+)"', listed[1]))
+        assert inside & offered == set(), package
 
 
 # --- licences
