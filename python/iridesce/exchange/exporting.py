@@ -25,6 +25,11 @@ from iridesce.thickness import ThicknessMap
 _TARGETS = {
     "lut": ("tables", "export_lut"),
     "cube": ("tables", "export_cube"),
+    "gltf": ("gltf", "export_gltf"),
+    "openpbr": ("openpbr", "export_openpbr"),
+    "usd": ("usd", "export_usd"),
+    "cycles": ("cycles", "export_cycles"),
+    "mitsuba": ("mitsuba", "export_mitsuba"),
     "shader": ("shaders", "export_shader"),
     "osl": ("shaders", "export_osl"),
 }

@@ -25,6 +25,9 @@ COUNT = 24
 TABLE_NM = (0.0, 2000.0)
 """The range of a table where nobody names one: that of `ColorTable`."""
 
+DISPERSES = 0.005
+"""A change of n over the visible below which one number stands for it."""
+
 THICKEST_NM = 1e5
 """Films a tenth of a millimetre thick are grey to every eye; a table of thicker ones has no fringe left to hold."""
 

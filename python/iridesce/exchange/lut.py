@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from iridesce import _core, color
 from iridesce.arguments.operands import Floats, one_of
 from iridesce.exchange import charts, exr, png
 from iridesce.exchange.films import ANGLES_DEG, COUNT, Film, film_of, grazing_deg
+from iridesce.stack import Stack
 
 SIZE = (512, 64)
 CUBE_SIZE = 1024
@@ -73,10 +75,29 @@ def table(film: Film, quantity: str, size: tuple[int, int] | None = None) -> Lut
     width, height = size or SIZE
     if size is None and high - low > _WIDE_NM:
         width = min(_MOST_COLUMNS, int(np.ceil(width * (high - low) / _WIDE_NM)))
-    thickness = np.linspace(low, high, width)[None, :]
-    cosine = np.linspace(0.0, 1.0, height)[:, None]
-    xyz = film.xyz(thickness, grazing_deg(cosine), quantity)
+    xyz = _computed(
+        film.at(0.0), film.layer, film.illuminant, (low, high), quantity, (width, height), tuple(film.notes)
+    )
     return Lut(xyz, (low, high), quantity, film.illuminant.name, film.text_for_table)
+
+
+@lru_cache(maxsize=8)
+def _computed(
+    stack: Stack,
+    layer: int | None,
+    light: color.Illuminant,
+    ends: tuple[float, float],
+    quantity: str,
+    size: tuple[int, int],
+    notes: tuple[str, ...],
+) -> Floats:
+    """Objects of one scene often wear the same film: each table is made once."""
+    film = Film(stack, layer, ends, light, notes=list(notes))
+    thickness = np.linspace(*ends, size[0])[None, :]
+    cosine = np.linspace(0.0, 1.0, size[1])[:, None]
+    xyz = film.xyz(thickness, grazing_deg(cosine), quantity)
+    xyz.flags.writeable = False
+    return xyz
 
 
 def stored(lut: Lut, dtype: Any = np.float16) -> Lut:

@@ -78,3 +78,16 @@ def chromium() -> str:
     return next(
         (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), ""
     ) or str(absent("chromium"))
+
+
+def llvm() -> str:
+    """The newest LLVM library; below 17 the compiler of Mitsuba's variants aborts."""
+    import re
+
+    found = {}
+    for path in Path("/usr/lib").glob("*/libLLVM*.so*"):
+        version = re.match(r"libLLVM(?:-|\.so\.)(\d+)", path.name)
+        if version and int(version[1]) >= 17:
+            found[int(version[1])] = str(path)
+    given = os.environ.get("DRJIT_LIBLLVM_PATH")
+    return given or (found[max(found)] if found else str(absent("libLLVM 17 or newer")))

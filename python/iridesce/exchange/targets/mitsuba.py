@@ -1,0 +1,309 @@
+"""Target ``mitsuba``: a BSDF plugin in Python with spectra over thickness, wavelength and angle; whole scenes as XML."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from iridesce import _core, color
+from iridesce.arguments.operands import Floats
+from iridesce.exchange import charts, exr
+from iridesce.exchange.films import ANGLES_DEG, DISPERSES, Film, extended_index, grazing_deg
+from iridesce.exchange.geometry import Mesh, surface_of
+from iridesce.exchange.package import Package, Request
+from iridesce.exchange.scenes import plain_name
+from iridesce.exchange.targets.shaders import decimal, filled
+from iridesce.exchange.textures import laid_out
+
+WAVELENGTH_NM = np.linspace(360.0, 830.0, 95)
+COSINES = (64, 128)
+"""Rows of a table over many thicknesses, and over one."""
+
+_LEAST_STEPS, _MOST_STEPS = 2, 512
+# A fringe of the shortest wavelength in the densest film used here is some 70 nm; so many steps to it.
+_STEP_NM = 4.0
+
+
+def export_mitsuba(request: Request) -> Package:
+    """``iridesce_film.py``, the table of each film, and of a scene ``scene.xml`` with its meshes and maps."""
+    package = Package()
+    kept = [film for film in request.films if film.layer is not None]
+    for film in kept:
+        package.files[f"{film.name}_film.npz"] = _table(film, package)
+    if kept:
+        first = kept[0]
+        words = {
+            "VERSION": _core.__version__,
+            "STACK": first.text_for_table.encode("ascii", "replace").decode("ascii"),
+            "TABLE": f"{first.name}_film.npz",
+            "START": decimal(first.range_nm[1] if not first.varies else 0.5 * sum(first.range_nm)),
+        }
+        package.files["iridesce_film.py"] = filled("iridesce_film.py.txt", words)
+    if request.scene is not None:
+        _scene(request.scene.to_dict(), {film.name: film for film in request.films}, package)
+    elif not kept:
+        raise ValueError('"mitsuba" writes films; there is none here')
+    package.drop("polarisation: the table is of unpolarised light")
+    package.note(
+        "thickness in nm; any lamp, in spectral variants of llvm or cuda (Mitsuba 3.9); import iridesce_film first"
+    )
+    return package
+
+
+def _table(film: Film, package: Package) -> bytes:
+    low, high = film.range_nm
+    steps = int(np.clip(np.ceil((high - low) / _STEP_NM) + 1, _LEAST_STEPS, _MOST_STEPS)) if film.varies else 1
+    thickness = np.linspace(low, high, steps)[:, None, None]
+    wavelength = WAVELENGTH_NM[None, :, None]
+    angle = grazing_deg(np.linspace(0.0, 1.0, COSINES[0] if film.varies else COSINES[1]))[None, None, :]
+    stack = film.at(thickness)
+    held = _held(stack)
+    arrays: dict[str, Any] = {
+        "thickness_nm": np.array([low, high]),
+        "wavelength_nm": WAVELENGTH_NM[[0, -1]],
+        "reflectance": held.reflectance(wavelength, angle).astype(np.float16),
+        "base_ior": np.array(1.0 if film.free else float(extended_index(film.stack.last, [550.0])[0].real)),
+    }
+    if film.transmits:
+        arrays["transmittance"] = held.transmittance(wavelength, angle).astype(np.float16)
+        if not film.free and np.ptp(extended_index(film.stack.last, [450.0, 650.0]).real) > DISPERSES:
+            package.drop(f"{film.name}: dispersion of {film.stack.last.name} where it refracts; the film's own is kept")
+    package.differences[film.name] = _chart(film, arrays["reflectance"].astype(np.float64))
+    return npz_bytes(arrays)
+
+
+def _held(stack: Any) -> Any:
+    """The same stack with media that answer over the whole of 360..830 nm, as colour sums take them."""
+    from iridesce.stack import Layer, Stack
+
+    if all(_covers(medium) for medium in stack.media):
+        return stack
+    items = [_Extended(medium) for medium in stack.media]
+    layers = [
+        Layer(item.medium, layer.thickness_nm, layer.coherent)
+        for item, layer in zip(items[1:-1], stack.layers, strict=True)
+    ]
+    return Stack([items[0].medium, *layers, items[-1].medium])
+
+
+def _covers(medium: Any) -> bool:
+    ends = medium.range_nm
+    return ends is None or (ends[0] <= WAVELENGTH_NM[0] and ends[1] >= WAVELENGTH_NM[-1])
+
+
+class _Extended:
+    """A medium as a table at the wavelengths of the export, its stated extension included."""
+
+    def __init__(self, medium: Any) -> None:
+        from iridesce.optics.medium import Medium
+
+        if _covers(medium):
+            self.medium = medium
+            return
+        rows = [
+            f"{w:g},{float(v.real)!r},{float(v.imag)!r}"
+            for w, v in zip(WAVELENGTH_NM, extended_index(medium, WAVELENGTH_NM), strict=True)
+        ]
+        self.medium = Medium._from_text("\n".join(["nm,n,k", *rows]), f"{medium.name}.csv")
+
+
+def _chart(film: Film, table: Floats) -> Floats:
+    """What a renderer sums from the table on the chart of the film, against the truth."""
+    steps, _, rows = table.shape
+    low, high = film.range_nm
+    share = (film.thicknesses() - low) / (high - low) if film.varies else np.zeros(1)
+    place, row = share * (steps - 1), np.cos(np.radians(ANGLES_DEG)) * (rows - 1)
+    t0, c0 = np.minimum(place.astype(int), max(steps - 2, 0)), np.minimum(row.astype(int), rows - 2)
+    t1 = np.minimum(t0 + 1, steps - 1)
+    dt, dc = (place - t0)[None, :, None], (row - c0)[:, None, None]
+
+    def at(t: Any, c: Any) -> Floats:
+        return np.asarray(table[t[None, :], :, c[:, None]])
+
+    spectra = (at(t0, c0) * (1 - dc) + at(t0, c0 + 1) * dc) * (1 - dt) + (
+        at(t1, c0) * (1 - dc) + at(t1, c0 + 1) * dc
+    ) * dt
+    fine = np.arange(360.0, 831.0)
+    full = np.apply_along_axis(lambda values: np.interp(fine, WAVELENGTH_NM, values), -1, spectra)
+    seen = color.spectrum_to_xyz(fine, full, illuminant=film.illuminant)
+    return charts.differences(np.asarray(seen), charts.truth(film), film.illuminant)
+
+
+def npz_bytes(arrays: Mapping[str, Any]) -> bytes:
+    """An .npz of which the same arrays give the same bytes: no times in it."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, values in sorted(arrays.items()):
+            part = io.BytesIO()
+            np.save(part, np.ascontiguousarray(values))
+            info = zipfile.ZipInfo(f"{name}.npy", (1980, 1, 1, 0, 0, 0))
+            info.compress_type = zipfile.ZIP_DEFLATED
+            file.writestr(info, part.getvalue())
+    return content.getvalue()
+
+
+# --- scenes
+
+
+def _scene(tree: Mapping[str, Any], films: Mapping[str, Film], package: Package) -> None:
+    camera = tree["camera"]
+    distance = float(np.linalg.norm(np.subtract(camera["position"], camera["target"])))
+    depth = tree["render"]["max_depth"] + 1
+    lines = [
+        '<scene version="3.0.0">',
+        f'  <integrator type="path"><integer name="max_depth" value="{depth}"/></integrator>',
+    ]
+    lines += _sensor(camera, tree["render"])
+    for item in tree["object"]:
+        surface, name = surface_of(item["shape"]), plain_name(item["name"])
+        if surface is None:
+            package.drop(f"{item['name']}: the shape {next(iter(item['shape']))} is not written")
+            continue
+        for key in ("transform", "instances", "bump", "priority", "uv"):
+            if item.get(key) not in (None, 0, {}, []):
+                package.drop(f"{item['name']}: {key} is not written")
+        body = _material(name, item["surface"], films.get(name), package)
+        if surface.kind == "sphere" and not (name in films and films[name].varies):
+            center, radius = surface.keys["center"], surface.keys["radius"]
+            lines.append(
+                f'  <shape type="sphere"><point name="center" value="{_list(center)}"/><float name="radius" value="{radius!r}"/>'
+            )
+        else:
+            package.files[f"{name}.ply"] = ply_bytes(
+                surface.mesh(extent=20.0 * distance, fine=surface.kind == "sphere")
+            )
+            lines.append(f'  <shape type="ply"><string name="filename" value={quoteattr(name + ".ply")}/>')
+        lines += [f"    {line}" for line in body] + ["  </shape>"]
+    for number, light in enumerate(tree["light"]):
+        lines += [f"  {line}" for line in _light(light, number, package)]
+    package.files["scene.xml"] = ("\n".join([*lines, "</scene>"]) + "\n").encode("utf-8")
+    package.note("scene.xml: import iridesce_film, then mitsuba.load_file; lengths in scene units")
+
+
+def _sensor(camera: Mapping[str, Any], settings: Mapping[str, Any]) -> list[str]:
+    width, height = camera["resolution"]
+    look = (
+        f'<lookat origin="{_list(camera["position"])}" target="{_list(camera["target"])}" up="{_list(camera["up"])}"/>'
+    )
+    if "orthographic_height" in camera:
+        half = 0.5 * float(camera["orthographic_height"])
+        kind, optics = "orthographic", ""
+        look = f'<scale x="{half * width / height!r}" y="{half!r}" z="1"/>{look}'
+    else:
+        kind = "perspective"
+        optics = f'<float name="fov" value="{camera["fov_deg"]!r}"/><string name="fov_axis" value="y"/>'
+    return [
+        f'  <sensor type="{kind}">{optics}',
+        f'    <transform name="to_world">{look}</transform>',
+        '    <film type="hdrfilm"><string name="pixel_format" value="xyz"/><rfilter type="box"/>',
+        f'      <integer name="width" value="{width}"/><integer name="height" value="{height}"/></film>',
+        f'    <sampler type="independent"><integer name="sample_count" value="{settings["samples"]}"/></sampler>',
+        "  </sensor>",
+    ]
+
+
+def _material(name: str, surface: Mapping[str, Any], film: Film | None, package: Package) -> list[str]:
+    ((kind, keys),) = surface.items()
+    if film is not None and film.layer is not None:
+        lines = ['<bsdf type="iridesce_film">', f'  <string name="table" value={quoteattr(name + "_film.npz")}/>']
+        if film.varies:
+            laid = laid_out(film, package)
+            assert laid.thickness_nm is not None
+            package.files[f"{name}_thickness.exr"] = exr.exr_bytes(
+                {"Y": laid.thickness_nm.astype(np.float32)}, {"iridesce:unit": "nm"}
+            )
+            lines += [
+                '  <texture type="bitmap" name="thickness_nm"><boolean name="raw" value="true"/>',
+                f'    <string name="filename" value={quoteattr(name + "_thickness.exr")}/>',
+                '    <string name="wrap_mode" value="clamp"/></texture>',
+            ]
+        else:
+            lines.append(f'  <float name="thickness_nm" value="{film.range_nm[1]!r}"/>')
+        return [*lines, "</bsdf>"]
+    if film is not None:  # a bare surface
+        index = extended_index(film.stack.last, WAVELENGTH_NM)
+        if film.transmits:
+            package.drop(f"{name}: dispersion of {film.stack.last.name}; n at 550 nm is written")
+            ior = float(extended_index(film.stack.last, [550.0])[0].real)
+            return [
+                f'<bsdf type="dielectric"><float name="int_ior" value="{ior!r}"/><float name="ext_ior" value="1.0"/></bsdf>'
+            ]
+        parts = [
+            f'<spectrum name="{letter}" value="{_spectrum(values)}"/>'
+            for letter, values in (("eta", index.real), ("k", index.imag))
+        ]
+        return ['<bsdf type="conductor">', *[f"  {part}" for part in parts], "</bsdf>"]
+    if kind == "diffuse":
+        value = keys["reflectance"]
+        if isinstance(value, int | float):
+            return [f'<bsdf type="diffuse"><spectrum name="reflectance" value="{float(value)!r}"/></bsdf>']
+        if isinstance(value, Mapping):
+            package.drop(f"{name}: the map or spectrum of its reflectance; 0.5 is written")
+            return ['<bsdf type="diffuse"><spectrum name="reflectance" value="0.5"/></bsdf>']
+        return [f'<bsdf type="diffuse"><rgb name="reflectance" value="{_list(value)}"/></bsdf>']
+    radiance = _lamp(keys["illuminant"], float(keys["radiance"]), package)
+    package.drop(f"{name}: a lamp that glows on both sides; Mitsuba's shines from its front")
+    return [
+        '<bsdf type="diffuse"><spectrum name="reflectance" value="0"/></bsdf>',
+        f'<emitter type="area"><spectrum name="radiance" value="{radiance}"/></emitter>',
+    ]
+
+
+def _light(light: Mapping[str, Any], number: int, package: Package) -> list[str]:
+    ((kind, keys),) = light.items()
+    if kind != "environment":
+        package.drop(f"light {number}: the {kind} is not written")
+        return []
+    radiance = float(keys.get("radiance", 1.0))
+    if "illuminant" in keys:
+        spectrum = _lamp(keys["illuminant"], radiance, package)
+        return [f'<emitter type="constant"><spectrum name="radiance" value="{spectrum}"/></emitter>']
+    if "map" in keys:
+        package.note(f"light {number}: put {keys['map']} beside scene.xml")
+        turn = 180.0 + float(keys.get("rotation_deg", 0.0))
+        return [
+            f'<emitter type="envmap"><string name="filename" value={quoteattr(str(keys["map"]))}/>',
+            f'  <float name="scale" value="{radiance!r}"/>',
+            f'  <transform name="to_world"><rotate y="1" angle="{turn!r}"/></transform></emitter>',
+        ]
+    package.drop(f"light {number}: the built-in {keys.get('builtin')}; a uniform one of D65 is written")
+    return [f'<emitter type="constant"><spectrum name="radiance" value="{_lamp("D65", radiance, package)}"/></emitter>']
+
+
+def _lamp(name: str, radiance: float, package: Package) -> str:
+    """The spectrum of a lamp at 5 nm, scaled so that Y of the perfect white is the radiance."""
+    light = color.illuminant(name)
+    if light.lines:
+        package.drop(f"the lines of {name}: they are written as bands of 5 nm")
+    power = np.asarray(light.power(WAVELENGTH_NM), dtype=np.float64)
+    for nm, strength in light.lines:
+        power[int(np.argmin(np.abs(WAVELENGTH_NM - nm)))] += strength / 5.0
+    fine = np.arange(360.0, 831.0)
+    # Mitsuba's film divides by the integral of the observer's y; so does this.
+    ybar = color.color_matching(fine)[:, 1]
+    total = float((np.interp(fine, WAVELENGTH_NM, power) * ybar).sum() / ybar.sum())
+    return _spectrum(power * radiance / total)
+
+
+def _spectrum(values: Floats) -> str:
+    return ", ".join(f"{nm:g}:{value:.6g}" for nm, value in zip(WAVELENGTH_NM, values, strict=True))
+
+
+def _list(values: Any) -> str:
+    return ", ".join(repr(float(x)) for x in values)
+
+
+def ply_bytes(mesh: Mesh) -> bytes:
+    """A binary PLY with normals and u, v."""
+    head = ["ply", "format binary_little_endian 1.0", f"element vertex {len(mesh.positions)}"]
+    head += [f"property float {name}" for name in ("x", "y", "z", "nx", "ny", "nz", "u", "v")]
+    head += [f"element face {len(mesh.triangles)}", "property list uchar int vertex_indices", "end_header", ""]
+    vertices = np.concatenate([mesh.positions, mesh.normals, mesh.uv], axis=1).astype("<f4")
+    faces = np.zeros(len(mesh.triangles), dtype=[("count", "u1"), ("index", "<i4", 3)])
+    faces["count"], faces["index"] = 3, mesh.triangles
+    return "\n".join(head).encode("ascii") + vertices.tobytes() + faces.tobytes()

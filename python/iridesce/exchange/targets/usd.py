@@ -1,0 +1,281 @@
+"""Target ``usd``: a stage in text, with OpenPBR shaders as UsdShade (nothing is referenced from a .mtlx), whole scenes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from iridesce import _core, color
+from iridesce.arguments.operands import Floats
+from iridesce.exchange.films import Film
+from iridesce.exchange.geometry import Mesh, Surface, surface_of
+from iridesce.exchange.package import Package, Request
+from iridesce.exchange.scenes import MM, plain_name
+from iridesce.exchange.targets.openpbr import openpbr_inputs
+from iridesce.exchange.textures import laid_out, thickness_png
+from iridesce.exchange.twins import materialx as twin
+
+_NM = 1000.0
+
+
+def export_usd(request: Request) -> Package:
+    """``scene.usda`` (or ``film.usda``) and the maps of thickness."""
+    package = Package()
+    name = "film" if request.scene is None else "scene"
+    unit = "m" if request.scene is None else request.scene.to_dict()["unit"]
+    lines = [
+        "#usda 1.0",
+        "(",
+        f'    doc = "iridesce {_core.__version__}: films as OpenPBR, thin_film_thickness in um"',
+        '    defaultPrim = "World"',
+        f"    metersPerUnit = {MM[unit] / 1000.0:g}",
+        '    upAxis = "Y"',
+        ")",
+        "",
+        'def Xform "World"',
+        "{",
+    ]
+    names = {film.name: prim_name(film.name) for film in request.films}
+    for film in request.films:
+        lines += _indented(_material(film, names[film.name], request, package))
+    if request.scene is None:
+        film = request.films[0]
+        mesh = Surface("sphere", {"center": [0.0, 0.0, 0.0], "radius": 1.0}).mesh()
+        lines += _indented(_mesh(f"{names[film.name]}_ball", mesh, names[film.name]))
+        package.note("the material is on a sphere of radius 1; take it from there")
+    else:
+        lines += _indented(_scene(request.scene.to_dict(), names, package))
+    package.files[f"{name}.usda"] = ("\n".join([*lines, "}"]) + "\n").encode("utf-8")
+    package.note("thin_film_thickness in um; the same numbers in nm stand in customData of each material")
+    package.note(
+        f"errors are told by a twin of {twin.VERSION}; other renderers of OpenPBR may use another film formula"
+    )
+    return package
+
+
+def prim_name(name: str) -> str:
+    """A name as a prim may bear it."""
+    return plain_name(name).replace("-", "_")
+
+
+def _material(film: Film, prim: str, request: Request, package: Package) -> list[str]:
+    knobs, inputs = openpbr_inputs(film, request, package)
+    facts: dict[str, Any] = {"stack": film.text_for_table if film.layer is not None else film.text}
+    kinds = {"float": "float", "color3": "color3f", "boolean": "bool"}
+    shader = ['uniform token info:id = "ND_open_pbr_surface_surfaceshader"']
+    for key, kind, value in inputs:
+        shown = f"({value})" if kind == "color3" else {"true": "1", "false": "0"}.get(value, value)
+        shader.append(f"{kinds[kind]} inputs:{key} = {shown}")
+    extra: list[str] = []
+    path = f"/World/{prim}"
+    if film.layer is not None:
+        low, high = film.range_nm
+        facts |= {"thickness_min_nm": low, "thickness_max_nm": high}
+        if film.varies:
+            file = f"{film.name}_thickness.png"
+            thickness_png(laid_out(film, package), package, file)
+            extra = _map_shaders(path, file, low, high)
+            shader.append(f"float inputs:thin_film_thickness.connect = <{path}/um.outputs:out>")
+        else:
+            shader.append(f"float inputs:thin_film_thickness = {high / _NM!r}")
+    if knobs.index is not None:
+        facts |= {"base_n_rgb": knobs.index.real.tolist(), "base_k_rgb": knobs.index.imag.tolist()}
+    shader.append("token outputs:out")
+    metadata = [f"{_usd_type(value)} {key} = {_usd_value(value)}" for key, value in facts.items()]
+    return [
+        f'def Material "{prim}" (',
+        "    customData = {",
+        "        dictionary iridesce = {",
+        *(f"            {line}" for line in metadata),
+        "        }",
+        "    }",
+        ")",
+        "{",
+        f"    token outputs:mtlx:surface.connect = <{path}/surface.outputs:out>",
+        "",
+        '    def Shader "surface"',
+        "    {",
+        *(f"        {line}" for line in shader),
+        "    }",
+        *_indented(extra),
+        "}",
+    ]
+
+
+def _map_shaders(path: str, file: str, low: float, high: float) -> list[str]:
+    return [
+        'def Shader "map"',
+        "{",
+        '    uniform token info:id = "ND_image_vector3"',
+        f"    asset inputs:file = @{file}@ (",
+        '        colorSpace = "raw"',
+        "    )",
+        '    string inputs:uaddressmode = "clamp"',
+        '    string inputs:vaddressmode = "clamp"',
+        '    string inputs:filtertype = "linear"',
+        "    float3 outputs:out",
+        "}",
+        'def Shader "share"',
+        "{",
+        '    uniform token info:id = "ND_extract_vector3"',
+        f"    float3 inputs:in.connect = <{path}/map.outputs:out>",
+        "    int inputs:index = 1",
+        "    float outputs:out",
+        "}",
+        'def Shader "um"',
+        "{",
+        '    uniform token info:id = "ND_remap_float"',
+        f"    float inputs:in.connect = <{path}/share.outputs:out>",
+        f"    float inputs:outlow = {low / _NM!r}",
+        f"    float inputs:outhigh = {high / _NM!r}",
+        "    float outputs:out",
+        "}",
+    ]
+
+
+def _scene(tree: Mapping[str, Any], materials: Mapping[str, str], package: Package) -> list[str]:
+    camera = tree["camera"]
+    eye, target = (np.asarray(camera[key], dtype=np.float64) for key in ("position", "target"))
+    distance = float(np.linalg.norm(eye - target))
+    lines: list[str] = []
+    for item in tree["object"]:
+        surface = surface_of(item["shape"])
+        name = plain_name(item["name"])
+        if surface is None:
+            package.drop(f"{item['name']}: the shape {next(iter(item['shape']))} is not written")
+            continue
+        for key in ("transform", "instances", "bump", "priority", "uv"):
+            if item.get(key) not in (None, 0, {}, []):
+                package.drop(f"{item['name']}: {key} is not written")
+        material = materials.get(name)
+        if material is None:
+            material = prim_name(f"{name}_plain")
+            lines += _plain_material(material, item["surface"], package)
+        lines += _mesh(f"{prim_name(name)}_shape", surface.mesh(extent=20.0 * distance), material)
+    lines += _camera(camera, eye, target, distance)
+    for number, light in enumerate(tree["light"]):
+        lines += _light(light, number, package)
+    return lines
+
+
+def _plain_material(prim: str, surface: Mapping[str, Any], package: Package) -> list[str]:
+    ((kind, keys),) = surface.items()
+    shader = ['uniform token info:id = "ND_open_pbr_surface_surfaceshader"', "float inputs:specular_weight = 0"]
+    if kind == "diffuse":
+        value = keys["reflectance"]
+        if isinstance(value, Mapping):
+            package.drop(f"{prim}: the map or spectrum of its reflectance; 0.5 is written")
+            value = 0.5
+        rgb = [float(value)] * 3 if isinstance(value, int | float) else [float(x) for x in value]
+        shader.append(f"color3f inputs:base_color = {_tuple(rgb)}")
+    else:
+        white = color.illuminant(keys["illuminant"]).white() * float(keys["radiance"])
+        rgb = np.maximum(color.rgb_matrix("linear-srgb") @ white, 0.0).tolist()
+        shader += ["float inputs:base_weight = 0", "float inputs:emission_luminance = 1"]
+        shader.append(f"color3f inputs:emission_color = {_tuple(rgb)}")
+        package.note(f"{prim}: radiance in units of the scene's white, as emission_luminance 1 x emission_color")
+    return [
+        f'def Material "{prim}"',
+        "{",
+        f"    token outputs:mtlx:surface.connect = </World/{prim}/surface.outputs:out>",
+        '    def Shader "surface"',
+        "    {",
+        *(f"        {line}" for line in [*shader, "token outputs:out"]),
+        "    }",
+        "}",
+    ]
+
+
+def _mesh(prim: str, mesh: Mesh, material: str) -> list[str]:
+    low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
+    return [
+        f'def Mesh "{prim}" (',
+        '    prepend apiSchemas = ["MaterialBindingAPI"]',
+        ")",
+        "{",
+        "    uniform bool doubleSided = 1",
+        f"    float3[] extent = [{_tuple(low)}, {_tuple(high)}]",
+        f"    int[] faceVertexCounts = [{', '.join(['3'] * len(mesh.triangles))}]",
+        f"    int[] faceVertexIndices = [{', '.join(map(str, mesh.triangles.reshape(-1).tolist()))}]",
+        f"    normal3f[] normals = [{', '.join(map(_tuple, mesh.normals))}] (",
+        '        interpolation = "vertex"',
+        "    )",
+        f"    point3f[] points = [{', '.join(map(_tuple, mesh.positions))}]",
+        f"    texCoord2f[] primvars:st = [{', '.join(map(_tuple, mesh.uv))}] (",
+        '        interpolation = "vertex"',
+        "    )",
+        '    uniform token subdivisionScheme = "none"',
+        f"    rel material:binding = </World/{material}>",
+        "}",
+    ]
+
+
+def _camera(camera: Mapping[str, Any], eye: Floats, target: Floats, distance: float) -> list[str]:
+    width, height = camera["resolution"]
+    back = (eye - target) / distance
+    right = np.cross(np.asarray(camera["up"], dtype=np.float64), back)
+    right = right / np.linalg.norm(right)
+    rows = np.eye(4)
+    rows[0, :3], rows[1, :3], rows[2, :3], rows[3, :3] = right, np.cross(back, right), back, eye
+    # Apertures are in tenths of a unit, as focal length; only their ratio counts for a perspective.
+    if "orthographic_height" in camera:
+        tall = 10.0 * float(camera["orthographic_height"])
+        optics = ['token projection = "orthographic"', "float focalLength = 50"]
+    else:
+        tall = 24.0
+        focal = 0.5 * tall / np.tan(0.5 * np.radians(float(camera["fov_deg"])))
+        optics = ['token projection = "perspective"', f"float focalLength = {focal:.9g}"]
+    return [
+        'def Camera "camera"',
+        "{",
+        *(f"    {line}" for line in optics),
+        f"    float horizontalAperture = {tall * width / height:.9g}",
+        f"    float verticalAperture = {tall:.9g}",
+        f"    float2 clippingRange = ({0.001 * distance:.9g}, {100.0 * distance:.9g})",
+        f"    matrix4d xformOp:transform = ( {', '.join(_tuple(row) for row in rows)} )",
+        '    uniform token[] xformOpOrder = ["xformOp:transform"]',
+        "}",
+    ]
+
+
+def _light(light: Mapping[str, Any], number: int, package: Package) -> list[str]:
+    ((kind, keys),) = light.items()
+    if kind != "environment":
+        package.drop(f"light {number}: the {kind} is not written")
+        return []
+    radiance = float(keys.get("radiance", 1.0))
+    body = [f"float inputs:intensity = {radiance:.9g}"]
+    if "illuminant" in keys:
+        rgb = np.maximum(color.rgb_matrix("linear-srgb") @ color.illuminant(keys["illuminant"]).white(), 0.0)
+        body.append(f"color3f inputs:color = {_tuple(rgb)}")
+        if keys["illuminant"] != "D65":
+            package.drop(
+                f"light {number}: the spectrum of {keys['illuminant']}: three numbers hold its colour, not its lines"
+            )
+    elif "map" in keys:
+        body += [f"asset inputs:texture:file = @{keys['map']}@", 'token inputs:texture:format = "latlong"']
+        package.note(f"light {number}: put {keys['map']} beside the stage")
+        if keys.get("rotation_deg"):
+            package.drop(f"light {number}: the rotation of the map, {keys['rotation_deg']:g} degrees")
+    else:
+        package.drop(f"light {number}: the built-in {keys.get('builtin')}; a white dome is written")
+    return [f'def DomeLight "light_{number}"', "{", *(f"    {line}" for line in body), "}"]
+
+
+def _indented(lines: Iterable[str]) -> list[str]:
+    return [f"    {line}" if line else line for line in lines]
+
+
+def _tuple(values: Iterable[float]) -> str:
+    return f"({', '.join(f'{float(x):.9g}' for x in values)})"
+
+
+def _usd_type(value: Any) -> str:
+    return {str: "string", float: "double", list: "double[]"}[type(value)]
+
+
+def _usd_value(value: Any) -> str:
+    return json.dumps(value) if isinstance(value, str) else repr(value)
