@@ -13,6 +13,8 @@ use crate::tension::Tension;
 use crate::transport::{MOST_SUBSTEPS, Transport};
 use crate::viscosity::Viscosity;
 
+mod live;
+
 /// Why a run cannot go on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FlowError {

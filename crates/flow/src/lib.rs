@@ -30,4 +30,4 @@ mod laws;
 pub use field::{MOST_SECONDS, Watch, field, stand, standing, watch_fields};
 pub use film::{Books, Film, FlowError, State};
 pub use grid::Shape;
-pub use parameters::{PRESETS, Parameters};
+pub use parameters::{CHANGEABLE, PRESETS, Parameters};

@@ -98,17 +98,38 @@ pub struct Parameters {
 const MOST_CELLS: usize = 1 << 23;
 
 /// Presets by name.
-pub const PRESETS: [&str; 10] = [
+pub const PRESETS: [&str; 16] = [
     "bubble-on-bath",
+    "bubble-on-bath-preview",
+    "bubble-on-bath-small-preview",
     "bubble-on-bath-time-lapse",
     "free-bubble",
+    "free-bubble-preview",
+    "free-bubble-small-preview",
     "free-bubble-time-lapse",
     "giant-bubble",
     "giant-bubble-time-lapse",
     "late",
+    "late-preview",
     "late-time-lapse",
     "vertical-film",
+    "vertical-film-preview",
     "vertical-film-time-lapse",
+];
+
+/// Parameters that may change while a film flows, by the names of [`Parameters::listed`]. The others say what the
+/// film is, or are counted from its start.
+pub const CHANGEABLE: [&str; 10] = [
+    "gravity_m_s2",
+    "tilt_deg",
+    "shake_m_s2",
+    "shake_hz",
+    "viscosity_pa_s",
+    "wind_m_s",
+    "eddies_m_s",
+    "evaporation_nm_s",
+    "humidity",
+    "rupture_nm",
 ];
 
 impl Parameters {
@@ -203,7 +224,34 @@ impl Parameters {
             evaporation: 10e-9,
             ..dome.clone()
         };
+        // Previews: as fine as one core can show in real time at 30 pictures/s, steps of a picture or half of one. Patches
+        // have 4 cells a radius; what regenerates does not depend on their size.
+        let dome_preview = |columns: usize| Parameters {
+            patch_m: 0.64 / columns as f64,
+            noise_length_m: [0.025 / 4.0, 0.16 / columns as f64],
+            step_s: if columns < 256 { 1.0 / 30.0 } else { 1.0 / 60.0 },
+            tolerance: 1e-3,
+            ..dome.clone().with_columns(columns)
+        };
+        let free_preview = |columns: usize| Parameters {
+            patch_m: 0.77 / columns as f64,
+            noise_length_m: [0.03 / 4.0, 0.19 / columns as f64],
+            step_s: 1.0 / 30.0,
+            tolerance: 1e-3,
+            ..free.clone().with_columns(columns)
+        };
         match name {
+            "bubble-on-bath-preview" => Ok(dome_preview(256)),
+            "bubble-on-bath-small-preview" => Ok(dome_preview(128)),
+            "free-bubble-preview" => Ok(free_preview(256)),
+            "free-bubble-small-preview" => Ok(free_preview(128)),
+            "late-preview" => {
+                let Parameters { thickness_m, evaporation, spots, spot_below_m, .. } = late;
+                Ok(Parameters { thickness_m, evaporation, spots, spot_below_m, ..dome_preview(256) })
+            }
+            "vertical-film-preview" => {
+                Ok(Parameters { patch_m: 2.2e-3, step_s: 1.0 / 30.0, tolerance: 1e-3, ..vertical.with_columns(192) })
+            }
             "vertical-film" => Ok(vertical),
             "vertical-film-time-lapse" => Ok(Parameters { regeneration: 0.4, ..vertical }),
             "bubble-on-bath" => Ok(dome),

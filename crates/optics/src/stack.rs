@@ -11,11 +11,13 @@ mod runs;
 mod slabs;
 mod solver;
 pub mod sweep;
+mod text;
 
 pub use crate::fresnel::{Amplitudes, Polarization};
 pub use derivatives::{Derivatives, LayerAiry, ellipsometry_derivatives, layer_airy, power_derivatives};
 pub use fields::{FieldAt, Fields};
 pub use solver::{Powers, Solver};
+pub use text::StackText;
 
 use crate::fresnel::{check_finite_index, check_first, check_last};
 use crate::incidence::Incidence;

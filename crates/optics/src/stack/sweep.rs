@@ -17,7 +17,9 @@ mod rows;
 mod run;
 mod single;
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::Level;
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+use fearless_simd::Simd;
 
 pub use march::Power;
 
