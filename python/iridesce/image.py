@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce import _core
+from iridesce.arguments.scalars import file_name, one_of
 
 __all__ = ["Image", "check_output"]
 
@@ -158,8 +159,8 @@ class Image:
         >>> [round(float(v), 3) for v in picture.rgb(exposure=-1.0)[0, 0]]
         [0.735, 0.0, 0.0]
         """
-        _one_of("space", space, _SPACES)
-        _one_of("gamut", gamut, _GAMUTS)
+        one_of("space", space, _SPACES)
+        one_of("gamut", gamut, _GAMUTS)
         return self._develop(space, self._stops(exposure), gamut)
 
     def save(
@@ -193,9 +194,9 @@ class Image:
         ...     file.read_bytes()[1:4]
         b'PNG'
         """
-        name = _file_name(path)
-        _one_of("space", space, _SPACES)
-        _one_of("gamut", gamut, _GAMUTS)
+        name = file_name(path, _EXTENSIONS)
+        one_of("space", space, _SPACES)
+        one_of("gamut", gamut, _GAMUTS)
         if isinstance(bits, bool) or bits not in (8, 16):
             raise ValueError(f"bits must be 8 or 16, got {bits!r}")
         stops = self._stops(exposure)
@@ -273,23 +274,7 @@ def check_output(path: str | os.PathLike[str]) -> None:
     Asked before a long render: an extension other than .png and .exr is a ValueError, a folder that is missing or takes
     no new file an OSError.
     """
-    _core.check_output(_file_name(path))
-
-
-def _file_name(path: str | os.PathLike[str]) -> str:
-    if not isinstance(path, (str, os.PathLike)):
-        raise ValueError(f"path must be a file name ending in .png or .exr, got {path!r}")
-    name = os.fsdecode(os.fspath(path))
-    if os.path.splitext(name)[1].lower() not in _EXTENSIONS:
-        raise ValueError(f"path must end in .png or .exr, got {name!r}")
-    if "\0" in name:
-        raise ValueError(f"path must not contain a zero byte, got {name!r}")
-    return name
-
-
-def _one_of(argument: str, value: object, allowed: tuple[str, ...]) -> None:
-    if not isinstance(value, str) or value not in allowed:
-        raise ValueError(f"{argument} must be one of {', '.join(repr(a) for a in allowed)}, got {value!r}")
+    _core.check_output(file_name(path, _EXTENSIONS))
 
 
 def _plane(name: str, values: npt.ArrayLike, size: tuple[int, int] | None, depth: int | None) -> _Floats:

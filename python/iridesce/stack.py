@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy.typing as npt
 
-from iridesce.arguments.operands import Floats, broadcast_shape, one_of, real_operand
+from iridesce.arguments.operands import Floats, broadcast_shape, real_operand
+from iridesce.arguments.scalars import one_of
 from iridesce.color import derivatives as color_slopes
 from iridesce.color.stack_html import stack_html
 from iridesce.optics import averages, derivatives, fields, labelled

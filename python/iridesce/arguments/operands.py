@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from iridesce.arguments.scalars import allowed_range
 from iridesce.errors import ResourceError
 
 Floats = npt.NDArray[np.float64]
@@ -52,7 +53,7 @@ def real_operand(
     name: str, value: object, *, low: float = -math.inf, high: float = math.inf, includes_low: bool = True
 ) -> Operand:
     """A real, finite argument within [low, high) (or (low, high)), copied; ``ValueError`` tells what is wrong where."""
-    allowed = _allowed(low, high, includes_low)
+    allowed = allowed_range(low, high, includes_low)
     if isinstance(value, np.ma.MaskedArray):
         raise ValueError(f"{name} must not be a masked array: fill or drop the masked entries")
     try:
@@ -84,14 +85,6 @@ def reals(name: str, value: object) -> Floats:
 def scalar(array: Any) -> Any:
     """A float for an array of no axes; other arrays as they are."""
     return float(array) if array.ndim == 0 else array
-
-
-def _allowed(low: float, high: float, includes_low: bool) -> str:
-    parts = []
-    if low > -math.inf:
-        parts.append(f"{'>=' if includes_low else '>'} {low:g}")
-    parts.append(f"< {high:g}" if high < math.inf else "finite")
-    return " and ".join(parts)
 
 
 def _short(value: object) -> str:
@@ -160,20 +153,3 @@ def checked_out(out: object, shape: tuple[int, ...]) -> Floats:
     if not out.flags.writeable:
         raise ValueError("out must be writable")
     return out
-
-
-def one_of(name: str, value: object, allowed: tuple[str, ...]) -> str:
-    """``value`` where it is one of the words, else a ``ValueError`` that lists them."""
-    if isinstance(value, str) and value in allowed:
-        return value
-    quoted = [f'"{word}"' for word in allowed]
-    raise ValueError(f"{name} must be {', '.join(quoted[:-1])} or {quoted[-1]}, got {value!r}")
-
-
-def checked_threads(threads: object) -> int | None:
-    """``None`` (all cores), or a count from 1 to 1024."""
-    if threads is None:
-        return None
-    if isinstance(threads, bool) or not isinstance(threads, int | np.integer) or not 1 <= threads <= 1024:
-        raise ValueError(f"threads must be None or a whole number from 1 to 1024, got {threads!r}")
-    return int(threads)

@@ -1,6 +1,17 @@
-"""Single values as they come from users: words, numbers, whole numbers; each check once."""
+"""Single values as they come from users: words, numbers, whole numbers, file names; each check once.
+
+Every error names the argument, says what is allowed, and what was given.
+"""
 
 from __future__ import annotations
+
+import math
+import operator
+import os
+from collections.abc import Sequence
+from typing import Any
+
+MOST_THREADS = 1024
 
 
 def text(name: str, value: object) -> str:
@@ -13,3 +24,77 @@ def text(name: str, value: object) -> str:
 def optional_text(name: str, value: object) -> str | None:
     """A string, or ``None``."""
     return None if value is None else text(name, value)
+
+
+def one_of(name: str, value: object, allowed: Sequence[str]) -> str:
+    """``value`` where it is one of the words, else a ``ValueError`` that lists them."""
+    if isinstance(value, str) and value in allowed:
+        return value
+    quoted = [f'"{word}"' for word in allowed]
+    raise ValueError(f"{name} must be {', '.join(quoted[:-1])} or {quoted[-1]}, got {value!r}")
+
+
+def number(
+    name: str, value: Any, *, low: float = -math.inf, high: float = math.inf, includes_low: bool = True
+) -> float:
+    """A plain number; where bounds are given a finite one within [low, high), or (low, high)."""
+    # float("3") and float(array([3])) would pass, but are slips; so are True and False.
+    try:
+        if isinstance(value, str | bytes) or is_bool(value) or getattr(value, "ndim", 0) != 0:
+            raise TypeError
+        found = float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} must be a number, got {value!r:.60}") from None
+    bounded = low > -math.inf or high < math.inf
+    if bounded and not (math.isfinite(found) and (found >= low if includes_low else found > low) and found < high):
+        raise ValueError(f"{name} must be {allowed_range(low, high, includes_low)}, got {found!r}")
+    return found
+
+
+def whole(name: str, value: object, least: int, most: int, *, optional: bool = False) -> int:
+    """A whole number within bounds; ``optional`` only tells that None would have been allowed."""
+    try:
+        found = None if is_bool(value) else operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        found = None
+    if found is None or not least <= found <= most:
+        or_none = ", or None" if optional else ""
+        raise ValueError(f"{name} must be a whole number from {least} to {most}{or_none}, got {value!r:.60}")
+    return found
+
+
+def optional_whole(name: str, value: object, least: int, most: int) -> int | None:
+    """``None``, or a whole number within bounds."""
+    return None if value is None else whole(name, value, least, most, optional=True)
+
+
+def checked_threads(threads: object) -> int | None:
+    """``None`` (all cores), or a count from 1 to 1024."""
+    return optional_whole("threads", threads, 1, MOST_THREADS)
+
+
+def file_name(path: object, endings: Sequence[str] = ()) -> str:
+    """A path as a text with one of the endings, if any are asked for."""
+    ending = f" ending in {' or '.join(endings)}" if endings else ""
+    if not isinstance(path, str | os.PathLike):
+        raise ValueError(f"path must be a file name{ending}, got {path!r:.60}")
+    name = os.fsdecode(os.fspath(path))
+    if endings and os.path.splitext(name)[1].lower() not in endings:
+        raise ValueError(f"path must end in {' or '.join(endings)}, got {name!r:.200}")
+    if not name or "\0" in name:
+        raise ValueError(f"path must be a file name without a zero byte, got {name!r:.200}")
+    return name
+
+
+def is_bool(value: object) -> bool:
+    """Whether a value is True or False, numpy's too: a slip where a number is asked for."""
+    return type(value).__name__ in ("bool", "bool_")
+
+
+def allowed_range(low: float, high: float, includes_low: bool) -> str:
+    """``>= 0 and < 90``, ``> 0 and finite``."""
+    parts = []
+    if low > -math.inf:
+        parts.append(f"{'>=' if includes_low else '>'} {low:g}")
+    parts.append(f"< {high:g}" if high < math.inf else "finite")
+    return " and ".join(parts)

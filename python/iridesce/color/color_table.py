@@ -16,17 +16,8 @@ from numpy.typing import ArrayLike
 
 from iridesce import _core
 from iridesce._progress import progress_bar
-from iridesce.arguments.operands import (
-    Floats,
-    Operand,
-    broadcast_shape,
-    checked_out,
-    checked_threads,
-    new_array,
-    one_of,
-    place,
-    real_operand,
-)
+from iridesce.arguments.operands import Floats, Operand, broadcast_shape, checked_out, new_array, place, real_operand
+from iridesce.arguments.scalars import checked_threads, file_name, one_of
 from iridesce.color.light import Illuminant
 from iridesce.color.light import illuminant as named_illuminant
 from iridesce.color.spaces import SPACES
@@ -170,7 +161,7 @@ class ColorTable:
         >>> bool((again.color(250.0) == table.color(250.0)).all())
         True
         """
-        name = _file_name(path, (".exr",))
+        name = file_name(path, (".exr",))
         file = Path(name)
         if file.stat().st_size > _MOST_BYTES:
             raise ValueError(f"{name}: a colour table has at most {_MOST_BYTES} bytes, this file has more")
@@ -326,7 +317,7 @@ class ColorTable:
         ...     pathlib.Path(folder, "film.png").read_bytes()[1:4]
         b'PNG'
         """
-        name = _file_name(path, (".exr", ".png"))
+        name = file_name(path, (".exr", ".png"))
         if name.lower().endswith(".png"):
             self.ramp().save(name)
             return
@@ -526,12 +517,3 @@ def _unescaped(text: str) -> str:
         return text.encode("ascii").decode("unicode_escape")
     except UnicodeError:
         raise ValueError(f"the attribute {text!r} is no text of a colour table") from None
-
-
-def _file_name(path: str | os.PathLike[str], endings: tuple[str, ...]) -> str:
-    if not isinstance(path, str | os.PathLike):
-        raise ValueError(f"path must be a file name ending in {' or '.join(endings)}, got {path!r}")
-    name = os.fsdecode(os.fspath(path))
-    if os.path.splitext(name)[1].lower() not in endings or "\0" in name:
-        raise ValueError(f"path must end in {' or '.join(endings)} and hold no zero byte, got {name!r}")
-    return name

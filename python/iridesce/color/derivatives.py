@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce import _core
-from iridesce.arguments.operands import Floats, broadcast_shape, one_of, place, real_operand
+from iridesce.arguments.operands import Floats, broadcast_shape, place, real_operand
+from iridesce.arguments.scalars import one_of
 from iridesce.color.films import stack_color
 from iridesce.color.light import Illuminant
 from iridesce.color.light import illuminant as named_illuminant

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core, color
-from iridesce.arguments.operands import Floats, one_of
+from iridesce.arguments.operands import Floats
+from iridesce.arguments.scalars import one_of
 from iridesce.exchange import charts, exr, png
 from iridesce.exchange.films import ANGLES_DEG, COUNT, Film, film_of, grazing_deg
 from iridesce.stack import Stack

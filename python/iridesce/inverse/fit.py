@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 import numpy.typing as npt
 
-from iridesce.arguments.operands import Floats, one_of, real_operand
+from iridesce.arguments.operands import Floats
+from iridesce.arguments.scalars import number, one_of
 from iridesce.files.spectra import Spectrum, read_spectrum
 from iridesce.inverse.data import (
     calm,
@@ -282,13 +283,13 @@ def fit_thickness(
     quantity = one_of("quantity", quantity, ("reflectance", "transmittance"))
     polarization = one_of("polarization", polarization, ("s", "p", "unpolarized"))
     baseline = one_of("baseline", baseline, ("auto", *_BASELINES))
-    angle = _number("angle_deg", angle_deg, low=0.0, high=90.0)
+    angle = number("angle_deg", angle_deg, low=0.0, high=90.0)
     bend = 0 if gain is None else _GAINS.index(one_of("gain", gain, _GAINS)) + 1 if isinstance(gain, str) else 0
-    fixed_gain = None if gain is None or isinstance(gain, str) else _number("gain", gain, low=0.0)
+    fixed_gain = None if gain is None or isinstance(gain, str) else number("gain", gain, low=0.0)
     if fixed_gain == 0.0:
         raise ValueError('gain must be None, "linear", "quadratic" or a number > 0, got 0')
-    line = None if resolution_nm is None else _number("resolution_nm", resolution_nm, low=0.0) / FWHM
-    if not 0.0 < _number("probability", probability, low=0.0, high=1.0) < 1.0:
+    line = None if resolution_nm is None else number("resolution_nm", resolution_nm, low=0.0) / FWHM
+    if not 0.0 < number("probability", probability, low=0.0, high=1.0) < 1.0:
         raise ValueError(f"probability must be > 0 and < 1, got {probability!r}")
     problem = read_problem(stack, layer, index, quantity, angle, polarization)
     notes: list[str] = []
@@ -751,13 +752,6 @@ def _bounds(given: Any, problem: Problem, nm: Floats, notes: list[str]) -> Float
             if given is not None or count > 1:
                 notes.append(f"films above {limit:.4g} nm have fringes finer than these wavelengths show")
     return pairs
-
-
-def _number(name: str, value: Any, *, low: float, high: float = math.inf) -> float:
-    given = real_operand(name, value, low=low, high=high)
-    if given.shape != ():
-        raise ValueError(f"{name} must be one number, got shape {given.shape}")
-    return float(given.values)
 
 
 # --- words

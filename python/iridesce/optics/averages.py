@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce import _core
-from iridesce.arguments.operands import Floats, Operand, broadcast_shape, one_of, real_operand
+from iridesce.arguments.operands import Floats, Operand, broadcast_shape, real_operand
+from iridesce.arguments.scalars import number, one_of
 from iridesce.errors import ResourceError
 from iridesce.optics.layer import Layer
 from iridesce.optics.multilayer import Multilayer
@@ -139,12 +140,10 @@ def _averaged(
     rules = []
     for name, width_nm, form in lines:
         one_of(f"{name}_shape", form, SHAPES)
-        width = _number(f"{name}_nm", width_nm)
+        width = number(f"{name}_nm", width_nm, low=0.0)
         if width > 0.0:
             rules.append(line_rule(form, width))
-    accuracy = _number("tolerance", tolerance)
-    if accuracy <= 0.0:
-        raise ValueError(f"tolerance must be > 0, got {tolerance!r}")
+    accuracy = number("tolerance", tolerance, low=0.0, includes_low=False)
     sd = real_operand("thickness_sd_nm", thickness_sd_nm, low=0.0)
     count = len(self.layers)
     if sd.shape not in ((), (count,)) or (sd.shape == () and count != 1 and float(sd.values) > 0.0):
@@ -355,10 +354,3 @@ def damped(
             break
         power = power * q
     return np.asarray(total)
-
-
-def _number(name: str, value: object) -> float:
-    given = real_operand(name, value, low=0.0)
-    if given.shape != ():
-        raise ValueError(f"{name} must be one number, got shape {given.shape}")
-    return float(given.values)

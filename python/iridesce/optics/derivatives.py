@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce import _core
-from iridesce.arguments.operands import Floats, new_array, one_of
+from iridesce.arguments.operands import Floats, new_array
+from iridesce.arguments.scalars import one_of
 from iridesce.optics.multilayer import Multilayer
 
 POLARIZATIONS = ("s", "p", "unpolarized")

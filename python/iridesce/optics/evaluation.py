@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce import _core
-from iridesce.arguments.operands import Floats, Operand, checked_threads, place
+from iridesce.arguments.operands import Floats, Operand, place
+from iridesce.arguments.scalars import checked_threads
 from iridesce.optics.medium import Medium
 
 

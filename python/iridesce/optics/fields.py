@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce import _core
-from iridesce.arguments.operands import Floats, new_array, one_of, real_operand
+from iridesce.arguments.operands import Floats, new_array, real_operand
+from iridesce.arguments.scalars import one_of
 from iridesce.optics.layer import Layer
 from iridesce.optics.multilayer import Multilayer
 

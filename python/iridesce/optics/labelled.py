@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from iridesce.arguments.operands import one_of, real_operand
+from iridesce.arguments.operands import real_operand
+from iridesce.arguments.scalars import one_of
 from iridesce.optics.layer import Layer
 from iridesce.optics.multilayer import Multilayer
 

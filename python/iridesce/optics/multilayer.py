@@ -8,16 +8,8 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from iridesce.arguments.operands import (
-    Floats,
-    Operand,
-    broadcast_shape,
-    checked_out,
-    new_array,
-    one_of,
-    place,
-    real_operand,
-)
+from iridesce.arguments.operands import Floats, Operand, broadcast_shape, checked_out, new_array, place, real_operand
+from iridesce.arguments.scalars import one_of
 from iridesce.optics.evaluation import check_ends, evaluate, index_at, medium_repr
 from iridesce.optics.layer import Fixed, Layer
 from iridesce.optics.medium import Medium, MediumLike, as_medium

@@ -11,13 +11,13 @@ from typing import Any
 
 from iridesce import _core
 from iridesce._progress import progress_bar
+from iridesce.arguments.scalars import checked_threads, optional_whole
 from iridesce.errors import ResourceError
 from iridesce.image import Image
 from iridesce.scene import Scene
 
 __all__ = ["render"]
 
-_MAX_THREADS = 1024
 _MAX_SIDE = 2**32 - 1
 
 
@@ -56,9 +56,9 @@ def render(
     if backend != "cpu":
         gpu = " (this iridesce has no GPU back end built in)" if backend == "gpu" else ""
         raise ValueError(f'backend must be "cpu", got {backend!r}{gpu}')
-    samples = _integer("samples", samples, 1, _core.MAX_SAMPLES)
-    seed = _integer("seed", seed, 0, 2**64 - 1)
-    threads = _integer("threads", threads, 1, _MAX_THREADS)
+    samples = optional_whole("samples", samples, 1, _core.MAX_SAMPLES)
+    seed = optional_whole("seed", seed, 0, 2**64 - 1)
+    threads = checked_threads(threads)
     size = _size(size)
     if not (progress is None or isinstance(progress, bool) or callable(progress)):
         raise ValueError(f"progress must be a function of (done, total), True, False or None, got {progress!r}")
@@ -88,19 +88,6 @@ def render(
         "scene": tree,
     }
     return Image._of_render(xyz, {"depth": depth, "thickness_nm": thickness_nm, "normal": normal}, facts)
-
-
-def _integer(name: str, value: object, least: int, most: int) -> int | None:
-    if value is None:
-        return None
-    try:
-        # bool is an int to Python, but samples=True is a slip.
-        number = None if type(value).__name__ in ("bool", "bool_") else operator.index(value)  # type: ignore[arg-type]
-    except TypeError:
-        number = None
-    if number is None or not least <= number <= most:
-        raise ValueError(f"{name} must be a whole number from {least} to {most}, or None, got {value!r}")
-    return number
 
 
 def _size(size: object) -> tuple[int, int] | None:

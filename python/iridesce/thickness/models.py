@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
+from iridesce.arguments.scalars import file_name, number, whole
 from iridesce.errors import ResourceError
 from iridesce.thickness.simulation import Frame, Simulation, presets, simulate
-from iridesce.thickness.thickness_map import ThicknessMap, array, file_name, number, refuse_where, whole
+from iridesce.thickness.thickness_map import ThicknessMap, array, refuse_where
 
 __all__ = [
     "Frame",

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iridesce import _core
-from iridesce.thickness.thickness_map import ThicknessMap, number, whole
+from iridesce.arguments.scalars import number, whole
+from iridesce.thickness.thickness_map import ThicknessMap
 
 _MAX_SEED = 2**64 - 1
 # Beyond this a frame's number times its length is no longer a time to the nanosecond.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import operator
 import os
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
+from iridesce.arguments.scalars import file_name, number
 
 _TIFF = (".tif", ".tiff")
 _ENDINGS = (*_TIFF, ".exr", ".npy")
@@ -214,28 +214,6 @@ def _false_colors(thickness_nm: NDArray[np.float64]) -> bytes:
     return bytes(_core.png_bytes(np.ascontiguousarray(rgb.repeat(times, axis=0).repeat(times, axis=1)), "srgb"))
 
 
-def number(name: str, value: Any) -> float:
-    """A plain number, or ValueError naming it."""
-    # float("3") and float(array([3])) would pass, but are slips.
-    try:
-        if isinstance(value, (str, bytes, bool)) or np.ndim(value) != 0:
-            raise TypeError
-        return float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{name} must be a number, got {value!r:.60}") from None
-
-
-def whole(name: str, value: Any, least: int, most: int) -> int:
-    """A whole number within bounds, or ValueError naming it."""
-    try:
-        found = operator.index(value)
-    except TypeError:
-        found = least - 1
-    if isinstance(value, bool) or not least <= found <= most:
-        raise ValueError(f"{name} must be a whole number from {least} to {most}, got {value!r:.60}")
-    return found
-
-
 def array(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Real numbers as float64, or ValueError naming them."""
     try:
@@ -252,13 +230,3 @@ def refuse_where(wrong: NDArray[np.bool_], values: NDArray[np.float64], rule: st
     if wrong.any():
         at = tuple(int(i) for i in np.argwhere(wrong)[0])
         raise ValueError(f"{rule}, got {values[at]}{f' at index {at}' if at else ''}")
-
-
-def file_name(path: str | os.PathLike[str]) -> str:
-    """A path as a text, or ValueError."""
-    if not isinstance(path, (str, os.PathLike)):
-        raise ValueError(f"path must be a file name, got {path!r:.60}")
-    name = os.fsdecode(os.fspath(path))
-    if "\0" in name or not name:
-        raise ValueError(f"path must be a file name without a zero byte, got {name!r:.200}")
-    return name

@@ -427,7 +427,7 @@ def test_amplitudes_of_unpolarized_light_do_not_exist() -> None:
 
 @pytest.mark.parametrize("threads", [0, -1, 1.5, "2", True, 10**6])
 def test_bad_threads(threads: Any) -> None:
-    with pytest.raises(ValueError, match="threads must be None or a whole number from 1 to 1024"):
+    with pytest.raises(ValueError, match="threads must be a whole number from 1 to 1024, or None"):
         film().reflectance(550.0, threads=threads)
 
 

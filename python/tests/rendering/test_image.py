@@ -238,9 +238,9 @@ def test_auto_exposure_meters_what_is_there():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ({"space": "sRGB"}, r"space must be one of 'srgb', 'display-p3', 'rec2020', got 'sRGB'"),
-        ({"space": None}, "space must be one of .* got None"),
-        ({"gamut": "wide"}, r"gamut must be one of 'hue', 'clip', got 'wide'"),
+        ({"space": "sRGB"}, r"space must be \"srgb\", \"display-p3\" or \"rec2020\", got 'sRGB'"),
+        ({"space": None}, "space must be .* got None"),
+        ({"gamut": "wide"}, r"gamut must be \"hue\" or \"clip\", got 'wide'"),
         ({"gamut": 1}, "gamut"),
         ({"exposure": "bright"}, r"exposure must be a number of stops or \"auto\", got 'bright'"),
         ({"exposure": float("nan")}, 'exposure must be a number of stops from -64 to 64 or "auto", got nan'),
