@@ -7,8 +7,7 @@ environment       latitude-longitude maps: looked up here, written to EXR for th
 film_sphere       the closed form of a lone film sphere
 polarised_trace   3 x 3 field matrices along every branch through many film spheres
 surface_trace     coated and bare faces, refraction, absorption: every branch at one wavelength
-surface_scenes    the scene's words for shapes and surfaces
+comparison        how far a picture is from what an oracle says
 mueller           Mueller matrices in explicit frames, to check the field matrices
-scenes            scene dicts for the renderer, and the comparison of pictures
 ztest             z-tests for images with many pixels
 """

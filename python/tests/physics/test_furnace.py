@@ -11,8 +11,9 @@ import pytest
 
 import iridesce as ir
 from oracles import spectra
+from oracles.comparison import report
 from oracles.film_sphere import FilmSphere, picture
-from oracles.scenes import report, scene
+from physics.scenes import scene
 
 FURNACE = {"illuminant": "D65", "radiance": 1.0}
 LIMIT = 1e-4

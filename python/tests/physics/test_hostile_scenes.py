@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import iridesce as ir
-from oracles.surface_scenes import (
+from physics.scenes import (
     WHITE,
     build,
     cap,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import iridesce as ir
-from oracles.surface_scenes import DARK, build, coating, dielectric, diffuse, disk, emitter, lit, plane, view
+from physics.scenes import DARK, build, coating, dielectric, diffuse, disk, emitter, lit, plane, view
 
 # ---- the thin lens ------------------------------------------------------------------------------------------------------
 

@@ -8,8 +8,9 @@ import pytest
 import iridesce as ir
 from oracles import environment, spectra
 from oracles.camera import camera_rays
+from oracles.comparison import relative_error, report
 from oracles.film_sphere import FilmSphere, picture
-from oracles.scenes import relative_error, report, scene
+from physics.scenes import scene
 
 WITHIN = 0.003  # 0.3 %, asked of 99 % of the pixels
 SAMPLES = 144

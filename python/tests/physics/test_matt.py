@@ -10,7 +10,8 @@ import pytest
 
 import iridesce as ir
 from oracles import environment, spectra
-from oracles.surface_scenes import (
+from oracles.surface_trace import stack_amplitudes
+from physics.scenes import (
     DARK,
     WHITE,
     build,
@@ -25,7 +26,6 @@ from oracles.surface_scenes import (
     sphere,
     view,
 )
-from oracles.surface_trace import stack_amplitudes
 
 pytestmark = pytest.mark.filterwarnings("ignore:the data of medium")
 LINES = ((450.0, 1.0), (532.0, 0.7), (633.0, 2.0))

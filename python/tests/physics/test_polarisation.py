@@ -12,11 +12,12 @@ import pytest
 import iridesce as ir
 from oracles import environment, spectra
 from oracles.camera import camera_rays
+from oracles.comparison import relative_error, report
 from oracles.film import film_amplitudes
 from oracles.film_sphere import FilmSphere
 from oracles.mueller import diattenuating_retarder, frame_turn
 from oracles.polarised_trace import Bounce, Tracer, chain_of_spheres
-from oracles.scenes import relative_error, report, scene
+from physics.scenes import scene
 
 SILVERY = 0.2 + 3.0j  # strong retarder: turns linear into elliptic light
 

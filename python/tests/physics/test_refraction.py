@@ -8,7 +8,8 @@ import pytest
 import iridesce as ir
 from oracles import environment, spectra
 from oracles.camera import camera_rays
-from oracles.surface_scenes import (
+from oracles.surface_trace import Face, Flat, Round, SurfaceTracer
+from physics.scenes import (
     DARK,
     WHITE,
     build,
@@ -25,7 +26,6 @@ from oracles.surface_scenes import (
     sphere,
     view,
 )
-from oracles.surface_trace import Face, Flat, Round, SurfaceTracer
 
 pytestmark = pytest.mark.filterwarnings("ignore:the data of medium")
 FRAUNHOFER = (486.13, 587.56, 656.27)  # F, d, C in nm

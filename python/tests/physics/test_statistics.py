@@ -11,8 +11,8 @@ import iridesce as ir
 from oracles import environment
 from oracles.camera import camera_rays
 from oracles.film_sphere import FilmSphere
-from oracles.scenes import scene
 from oracles.ztest import z_test
+from physics.scenes import scene
 
 CAMERA = {"position": [0.8, 0.6, 4.0], "target": [0.1, 0.0, 0.0], "fov_deg": 34.0, "resolution": [24, 20]}
 # Two strong films that cut each other: long paths, and much left over at a small depth.

@@ -11,7 +11,7 @@ import pytest
 
 import iridesce as ir
 from oracles import spectra
-from oracles.surface_scenes import (
+from physics.scenes import (
     DARK,
     WHITE,
     build,

@@ -1,9 +1,11 @@
-"""The scene language's words for shapes and surfaces, as short functions; names are given in order."""
+"""The scene's words for shapes, surfaces, lights and cameras; scenes of film spheres from what the oracles are given."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
+
+from oracles.film_sphere import FilmSphere
 
 Thing = dict[str, Any]
 WHITE: Thing = {"environment": {"illuminant": "D65", "radiance": 1.0}}
@@ -94,3 +96,33 @@ def build(objects: Sequence[Thing], camera: Thing, lights: Sequence[Thing] = (WH
     unit = {"unit": render.pop("unit")} if "unit" in render else {}
     named = [{"name": f"object-{i}", **thing} for i, thing in enumerate(objects)]
     return {"version": 1, **unit, "camera": camera, "render": render, "object": named, "light": list(lights)}
+
+
+def film_sphere_object(sphere: FilmSphere, medium: Any, name: str = "sphere") -> Thing:
+    """A scene's object table for ``sphere``; ``medium`` is the scene's own word for its index."""
+    gradient = {"top": sphere.top_nm, "bottom": sphere.bottom_nm, "exponent": sphere.exponent}
+    thickness = sphere.top_nm if sphere.top_nm == sphere.bottom_nm else {"gradient": gradient}
+    return {
+        "name": name,
+        "shape": {"sphere": {"center": list(sphere.center), "radius": sphere.radius}},
+        "surface": {"film": {"medium": medium, "thickness_nm": thickness}},
+    }
+
+
+def medium_of(sphere: FilmSphere) -> Any:
+    """ "water" for a function of wavelength, a number or [n, k] otherwise."""
+    if callable(sphere.index):
+        return "water"
+    index = complex(sphere.index)
+    return [index.real, index.imag] if index.imag else index.real
+
+
+def scene(spheres: Sequence[FilmSphere], camera: Thing, environment: Thing, **render: int) -> Thing:
+    """A whole scene; ``environment`` is the light's table, ``render`` holds samples, seed, max_depth."""
+    return {
+        "version": 1,
+        "camera": camera,
+        "render": render,
+        "object": [film_sphere_object(s, medium_of(s), f"sphere-{i}") for i, s in enumerate(spheres)],
+        "light": [{"environment": environment}],
+    }
