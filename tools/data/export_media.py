@@ -119,7 +119,7 @@ They are constants in `src/medium/catalogue.rs`:
   1258.0 kg/m^3.
 - Pure water at 20 C: 0.9982 g/cm^3.
 
-`python/tests/test_medium.py` computes the columns anew and compares them with the indices of the built-in
+`python/tests/optics/test_medium.py` computes the columns anew and compares them with the indices of the built-in
 solutions.""".splitlines()
 
 MISSING = """\

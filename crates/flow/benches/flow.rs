@@ -2,7 +2,7 @@
 //!
 //! A windy free bubble, the hardest preset, from its start to 0.1 s, then steps of 5 ms one by one on one and on two
 //! threads. The best step and the median are shown, since other work on a machine can only make a step longer; on one
-//! thread also the time that the processor spent (Linux), which other work changes least. docs/living-films.md says
+//! thread also the time that the processor spent (Linux), which other work changes least. docs/guide/living-films.md says
 //! what bounds a step.
 
 use std::sync::OnceLock;

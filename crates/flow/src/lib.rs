@@ -1,5 +1,5 @@
 //! Films that flow: gravity, elasticity, viscosity, air, evaporation, black film and marginal regeneration on a sphere,
-//! a dome or a vertical plane. Numerics only, no light; the equations and their tests are in `docs/living-films.md`.
+//! a dome or a vertical plane. Numerics only, no light; the equations and their tests are in `docs/guide/living-films.md`.
 
 /// Compiles an expression once for each kind of processor and runs the one for this: plain loops over slices in
 /// functions that are always inlined become vector instructions. No sum is reordered and nothing is fused, so all

@@ -3,7 +3,7 @@
 use crate::grid::Shape;
 use iridesce_thickness::ThicknessError;
 
-/// What a flowing film is made of and exposed to. SI units throughout; `docs/living-films.md` has the sources.
+/// What a flowing film is made of and exposed to. SI units throughout; `docs/guide/living-films.md` has the sources.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
     /// What the film spans.

@@ -1,7 +1,7 @@
 //! How fast the optics are on this machine: `cargo bench -p iridesce-optics [-- NAME]`.
 //!
 //! Each job runs for a while on one thread (two where it says so); the best of many short runs is shown, since
-//! other work on the machine can only make a run longer. docs/performance.md says what bounds each.
+//! other work on the machine can only make a run longer. docs/evidence/performance.md says what bounds each.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -119,7 +119,7 @@ fn sweeps(chosen: &dyn Fn(&str) -> bool) {
     }
 }
 
-/// The jobs of docs/performance.md on one thread and on two.
+/// The jobs of docs/evidence/performance.md on one thread and on two.
 fn threads(chosen: &dyn Fn(&str) -> bool) {
     let film = Grid::new(vec![real(1.0), real(1.33), real(1.0)], 200, 2000.0);
     let mut ten = vec![real(1.0)];

@@ -3,7 +3,7 @@
 //!
 //! The modules depend on one another in one direction only:
 //! `error -> spectrum -> medium -> incidence -> fresnel -> film -> stack -> color`.
-//! Conventions (units, signs, polarisation names) are written once, in `docs/conventions.md`.
+//! Conventions (units, signs, polarisation names) are written once, in `docs/reference/conventions.md`.
 
 pub mod color;
 pub mod error;

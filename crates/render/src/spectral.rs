@@ -4,7 +4,7 @@
 //! illuminant x observer at its node: it is the integral (1 nm sum, 360..830 nm) of illuminant x observer x the
 //! cubic cardinal spline of the node, so the structure of lamp and observer is summed exactly and only the
 //! transport itself (smooth: Airy functions of a film) is interpolated. Against point samples the same colour
-//! error needs half the nodes: docs/performance.md. Line spectra become nodes of their own, never bins.
+//! error needs half the nodes: docs/evidence/performance.md. Line spectra become nodes of their own, never bins.
 
 use iridesce_optics::color::{Illuminant, Observer};
 
@@ -21,7 +21,7 @@ pub const MAX_NODES: usize = 1 << 14;
 /// Fewest nodes: what a smooth spectrum needs.
 pub const LEAST_NODES: usize = 32;
 
-/// Nodes to the finest fringe (error of a soap film's colour: docs/performance.md).
+/// Nodes to the finest fringe (error of a soap film's colour: docs/evidence/performance.md).
 const NODES_A_FRINGE: f64 = 8.0;
 
 /// Bands into which the uniform nodes are cut where directions differ by wavelength.

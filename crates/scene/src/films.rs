@@ -1,6 +1,6 @@
 //! Films that come with the program, so that a built-in scene need not let its film flow first.
 //!
-//! Each is what its preset gives after its time, kept as whole steps of a tenth of a nanometre; `tools/stored_films.py`
+//! Each is what its preset gives after its time, kept as whole steps of a tenth of a nanometre; `tools/data/stored_films.py`
 //! makes them anew, and a test compares them with films that flow.
 
 use std::sync::Arc;

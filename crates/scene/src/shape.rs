@@ -67,7 +67,7 @@ impl Shape {
         }
     }
 
-    /// Where a map laid over the shape lies at a point of it: u and v, in general 0 to 1. `docs/conventions.md` says how
+    /// Where a map laid over the shape lies at a point of it: u and v, in general 0 to 1. `docs/reference/conventions.md` says how
     /// they run on every shape.
     ///
     /// ```

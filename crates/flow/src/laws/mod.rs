@@ -1,4 +1,4 @@
-//! The laws that a flowing film must obey, each against what it should be. `docs/living-films.md` tabulates what
+//! The laws that a flowing film must obey, each against what it should be. `docs/guide/living-films.md` tabulates what
 //! `cargo test -p iridesce-flow laws -- --nocapture` prints.
 
 mod kernels;

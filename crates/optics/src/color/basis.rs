@@ -10,7 +10,7 @@ use super::table::{at_one_nm, own_triples};
 /// The light `D65 * (r f_R + g f_G + b f_B)` has the linear Rec.709 coordinates (r, g, b) of the CIE 1931 observer,
 /// to within 3e-4 of each coordinate: the published D65 table is that far from the white (0.3127, 0.3290).
 /// All three are >= 0 and sum to 1, so a grey is D65 itself. Found once by a quadratic programme
-/// (`tools/rgb_basis.py`) after the idea of Mallett & Yuksel, "Spectral primary decomposition for rendering with sRGB
+/// (`tools/data/rgb_basis.py`) after the idea of Mallett & Yuksel, "Spectral primary decomposition for rendering with sRGB
 /// reflectance", EGSR 2019. Outside 360..830 nm the end values are held.
 pub fn rgb_basis(wavelength_nm: f64) -> [f64; 3] {
     static TABLE: OnceLock<Vec<[f64; 3]>> = OnceLock::new();

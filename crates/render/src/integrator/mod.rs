@@ -2,7 +2,7 @@
 //!
 //! A path is traced from the camera and carries, at every spectral node, the adjoint Stokes vector: the row
 //! vector w with "measured = w . (Stokes vector of light arriving against the path)". It starts as (1, 0, 0, 0)
-//! and is multiplied by rotations and Mueller matrices as the path meets films (docs/theory.md). Instead of I and
+//! and is multiplied by rotations and Mueller matrices as the path meets films (docs/reference/theory.md). Instead of I and
 //! Q it holds the weights of s and p light, w_I + w_Q and w_I - w_Q, which a film multiplies by R_s and R_p;
 //! U and V stay untouched zeros as long as all planes of incidence coincide.
 //!
@@ -34,7 +34,7 @@ use crate::sampler::Choices;
 use crate::vector::Vec3;
 
 /// Luminance (of 1 at the camera) below which a branch survives only by chance. One such choice makes noise of at most
-/// half of this times the deviation of the light from its mean; docs/performance.md has the trade against time.
+/// half of this times the deviation of the light from its mean; docs/evidence/performance.md has the trade against time.
 const FAINT: f32 = 2e-4;
 
 /// Probability to survive at hits beyond `max_depth` where hardly anything may be lost, diffuse ones and those of very long walks:
