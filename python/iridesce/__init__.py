@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines b
     from iridesce.errors import ResourceError as ResourceError
     from iridesce.errors import SceneError as SceneError
     from iridesce.exchange import export as export
+    from iridesce.exchange import import_scene as import_scene
     from iridesce.exchange import validate as validate
     from iridesce.image import Image as Image
     from iridesce.inverse import fit as fit
@@ -45,6 +46,7 @@ _HOME = {
     "render": "rendering",
     "export": "exchange",
     "validate": "exchange",
+    "import_scene": "exchange",
 }
 _MODULES = {"color", "exchange", "fit", "plot", "thickness"}
 

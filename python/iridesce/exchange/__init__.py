@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from iridesce.exchange.exporting import export as export
+    from iridesce.exchange.importing import import_scene as import_scene
     from iridesce.exchange.report import ExportReport as ExportReport
     from iridesce.exchange.validating import ValidationReport as ValidationReport
     from iridesce.exchange.validating import validate as validate
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 # No module bears the name of a function: importing it would put the module in the function's place.
 _HOME = {
     "export": "exporting",
+    "import_scene": "importing",
     "ExportReport": "report",
     "ValidationReport": "validating",
     "validate": "validating",

@@ -61,7 +61,7 @@ RUN = """
     return shader;
   };
   const answers = [];
-  for (const maker of question.makers) {
+  for (const call of question.calls) {
     const program = gl.createProgram();
     gl.attachShader(program, compile(gl.VERTEX_SHADER, `#version 300 es
       in vec3 place; flat out vec2 p;
@@ -70,8 +70,7 @@ RUN = """
         gl_Position = vec4((place.z + 0.5) / ${question.count}.0 * 2.0 - 1.0, 0.0, 0.0, 1.0);
       }`));
     gl.attachShader(program, compile(gl.FRAGMENT_SHADER, "#version 300 es\\n" + question.source +
-      `flat in vec2 p; out vec4 c;
-       void main() { float t = p.x; FresnelData fd = ${maker}; c = vec4(mx_fresnel_airy(p.y, fd), 1.0); }`));
+      `\nflat in vec2 p; out vec4 c; void main() { c = vec4(${call}, 1.0); }`));
     gl.linkProgram(program); gl.useProgram(program);
     const target = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, target);

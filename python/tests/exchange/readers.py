@@ -49,7 +49,7 @@ def blender() -> str:
     return program(".", FOLDER / "bpy" / "bin" / "python") if (FOLDER / "bpy").exists() else str(absent("bpy"))
 
 
-def run_blender(script: Path, *arguments: object, timeout: float = 300.0) -> Any:
+def run_blender(script: Path, *arguments: object, timeout: float = 600.0) -> Any:
     """Run a script in Blender's Python; its last line is its answer in JSON."""
     command = [blender(), str(script), *map(str, arguments)]
     finished = subprocess.run(command, capture_output=True, text=True, timeout=timeout, check=False)
@@ -57,7 +57,7 @@ def run_blender(script: Path, *arguments: object, timeout: float = 300.0) -> Any
     return json.loads(finished.stdout.strip().splitlines()[-1])
 
 
-def node(script: str, question: Any, timeout: float = 120.0) -> Any:
+def node(script: str, question: Any, timeout: float = 600.0) -> Any:
     """Run a script of ``node/`` with a question in JSON on its standard input; its answer, from JSON."""
     modules = FOLDER / "node_modules"
     if not modules.is_dir():

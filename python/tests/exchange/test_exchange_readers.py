@@ -151,21 +151,25 @@ def test_materialx_glsl_shows_what_the_report_predicts() -> None:
         stack, layer = read_stack(text)
         film = film_of(stack, layer, RANGE_NM, None, ir.color.illuminant("D65"))
         knobs = knobs_of(film, Package(), "openpbr", openpbr.CONDUCTOR_NM)
-        tail = f"t, {knobs.film_ior:.9f})"
+        tail = f"p.x, {knobs.film_ior:.9f}))"
         if knobs.base_ior is not None:
-            makers.append(f"mx_init_fresnel_dielectric({knobs.base_ior:.9f}, {tail}")
+            makers.append(f"mx_fresnel_airy(p.y, mx_init_fresnel_dielectric({knobs.base_ior:.9f}, {tail}")
         else:
-            makers.append(f"mx_init_fresnel_schlick({vec3(knobs.f0)}, vec3(1.0), vec3(1.0), 5.0, {tail}")
+            makers.append(
+                f"mx_fresnel_airy(p.y, mx_init_fresnel_schlick({vec3(knobs.f0)}, vec3(1.0), vec3(1.0), 5.0, {tail}"
+            )
             index = knobs.index
             assert index is not None
             names.append(name)
             predicted.append(float(differences(openpbr.show, knobs, film).mean()))
-            makers.append(f"mx_init_fresnel_conductor({vec3(index.real)}, {vec3(index.imag)}, {tail}")
+            makers.append(
+                f"mx_fresnel_airy(p.y, mx_init_fresnel_conductor({vec3(index.real)}, {vec3(index.imag)}, {tail}"
+            )
         names.append(name)
         show = openpbr.show if knobs.base_ior is not None else openpbr.show_conductor
         predicted.append(float(differences(show, knobs, film).mean()))
     places = np.stack([t, cosine, np.arange(len(t), dtype=float)], axis=1).ravel().tolist()
-    argument = {"source": materialx_glsl.source(mx), "makers": makers, "places": places, "count": len(t)}
+    argument = {"source": materialx_glsl.source(mx), "calls": makers, "places": places, "count": len(t)}
     question = {"chromium": readers.chromium(), "call": materialx_glsl.RUN, "argument": argument}
     answers = readers.node("browser.mjs", question)["answer"]
     for name, twin, seen in zip(names, predicted, answers, strict=True):

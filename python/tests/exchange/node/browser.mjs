@@ -33,6 +33,7 @@ const browser = await chromium.launchPersistentContext(folder, {
 let failed = null;
 try {
   const page = await browser.newPage();
+  page.setDefaultTimeout(300000);
   page.on("pageerror", (error) => { failed = String(error); });
   const said = [];
   page.on("console", (message) => said.push(message.text()));

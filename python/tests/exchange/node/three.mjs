@@ -75,11 +75,12 @@ const browser = await chromium.launchPersistentContext(profile, {
 });
 try {
   const page = await browser.newPage();
+  page.setDefaultTimeout(300000);
   const said = [];
   page.on("console", (message) => said.push(message.text()));
   page.on("pageerror", (error) => said.push(String(error)));
   await page.goto(`http://127.0.0.1:${server.address().port}/`);
-  await page.waitForFunction("window.ready", null, { timeout: 30000 }).catch(() => { throw new Error(said.join("\n")); });
+  await page.waitForFunction("window.ready", null, { timeout: 300000 }).catch(() => { throw new Error(said.join("\n")); });
   const answer = await page.evaluate((q) => window.run(q), question).catch((error) => { throw new Error(error + said.join("\n")); });
   process.stdout.write(JSON.stringify(answer));
 } finally {

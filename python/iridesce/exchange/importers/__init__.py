@@ -1,0 +1,1 @@
+"""One module a format: what others wrote, as the tree of a scene."""

@@ -1,0 +1,82 @@
+"""What every importer gathers, and the rules that all share: units, names, what is left out. Internal."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+MOST_BYTES = 2**28
+
+_LEAST_NM, _MOST_NM = 5.0, 5e4
+# A film of light's own size lies between these; a thousandth or a thousand times of it lies outside.
+_SURELY_UM_NM, _SURELY_M_NM = 2.0, 1e5
+
+
+@dataclass
+class Import:
+    """Objects, lights and a camera as a scene's tree has them, and what was left out."""
+
+    objects: list[dict[str, Any]] = field(default_factory=list)
+    lights: list[dict[str, Any]] = field(default_factory=list)
+    camera: dict[str, Any] = field(default_factory=dict)
+    unit: str = "m"
+    left_out: list[str] = field(default_factory=list)
+
+    def leave_out(self, sentence: str) -> None:
+        """Something that a scene cannot hold; said once."""
+        if sentence not in self.left_out:
+            self.left_out.append(sentence)
+
+    def tree(self, label: str) -> dict[str, Any]:
+        """The whole tree; `ValueError` where nothing was found."""
+        if not self.objects:
+            raise ValueError(f"{label}: nothing that a scene can hold was found" + _because(self.left_out))
+        if not self.lights:
+            self.leave_out("no light was found: a uniform one of D65 shines")
+            self.lights.append({"environment": {"illuminant": "D65", "radiance": 1.0}})
+        names: dict[str, int] = {}
+        for item in self.objects:
+            count = names[item["name"]] = names.get(item["name"], 0) + 1
+            if count > 1:
+                item["name"] = f"{item['name']}-{count}"
+        return {"version": 1, "unit": self.unit, "camera": self.camera, "object": self.objects, "light": self.lights}
+
+
+def checked_nm(found: Import, label: str, where: str, nm: float, unit: str) -> float:
+    """A thickness read from a file; a fault of a thousand is refused, an odd one told."""
+    if not math.isfinite(nm) or nm < 0.0:
+        raise ValueError(f"{label}: {where}: the thickness must be finite and >= 0, got {nm:g} nm")
+    if 0.0 < nm < _SURELY_UM_NM:
+        raise ValueError(
+            f"{label}: {where}: a film of {nm:g} nm; the file's unit is {unit}: is it a thousand times too small?"
+        )
+    if nm > _SURELY_M_NM:
+        raise ValueError(
+            f"{label}: {where}: a film of {nm:g} nm; the file's unit is {unit}: is it a thousand times too large?"
+        )
+    if nm and not _LEAST_NM <= nm <= _MOST_NM:
+        found.leave_out(f"{where}: a film of {nm:g} nm is unusual (5 nm to 50 um show colours)")
+    return nm
+
+
+def index_of_f0(f0: float) -> float:
+    """The index against air of a clear base with that reflectance at normal incidence."""
+    root = math.sqrt(min(max(f0, 0.0), 0.998))
+    return (1.0 + root) / (1.0 - root)
+
+
+def film_surface(film_ior: float, nm: Any, base: Any, free: bool) -> dict[str, Any]:
+    """The surface of one film: free, or on a base (an index, or [n, k])."""
+    if free:
+        return {"film": {"medium": film_ior, "thickness_nm": nm}}
+    return {"coating": {"layers": [{"medium": film_ior, "thickness_nm": nm}], "substrate": base}}
+
+
+def plain(name: Any, otherwise: str) -> str:
+    """A name for an object."""
+    return name if isinstance(name, str) and name.strip() else otherwise
+
+
+def _because(left_out: list[str]) -> str:
+    return "" if not left_out else f" ({'; '.join(left_out[:3])})"

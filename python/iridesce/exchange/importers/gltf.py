@@ -1,0 +1,304 @@
+"""glTF 2.0 with KHR_materials_iridescence. Meshes that are spheres or flat become shapes; others are left out, and told."""
+
+from __future__ import annotations
+
+import base64
+import json
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from iridesce.arguments.operands import Floats
+from iridesce.exchange.importers.common import MOST_BYTES, Import, checked_nm, film_surface, index_of_f0, plain
+from iridesce.files.whole import read_whole
+
+_KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_COUNTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+_DEEPEST = 64
+
+
+def read_gltf(label: str) -> Import:
+    """Objects, camera and what was left out."""
+    content = read_whole(label, MOST_BYTES, "no glTF here has")
+    binary: bytes | None = None
+    if content[:4] == b"glTF":
+        content, binary = _chunks(content, label)
+    try:
+        root = json.loads(content)
+        if not isinstance(root, dict) or not isinstance(root.get("asset"), dict):
+            raise ValueError("no asset")
+    except ValueError as error:
+        raise ValueError(f"{label}: no glTF ({error})") from None
+    try:
+        return _Reader(root, label, binary).read()
+    except (KeyError, IndexError, TypeError, AttributeError, struct.error, np.exceptions.AxisError) as error:
+        raise ValueError(f"{label}: damaged glTF ({type(error).__name__}: {error})") from None
+
+
+def _chunks(content: bytes, label: str) -> tuple[bytes, bytes | None]:
+    try:
+        _, version, length = struct.unpack_from("<4sII", content)
+        size, kind = struct.unpack_from("<I4s", content, 12)
+        if version != 2 or kind != b"JSON" or length > len(content):
+            raise ValueError(f"{label}: no GLB of version 2, or cut short")
+        text, place = content[20 : 20 + size], 20 + size
+        if place + 8 <= length:
+            size, kind = struct.unpack_from("<I4s", content, place)
+            if kind == b"BIN\0":
+                return text, content[place + 8 : place + 8 + size]
+        return text, None
+    except struct.error:
+        raise ValueError(f"{label}: no GLB of version 2, or cut short") from None
+
+
+class _Reader:
+    def __init__(self, root: dict[str, Any], label: str, binary: bytes | None) -> None:
+        self.root, self.label, self.binary = root, label, binary
+        self.found = Import(unit="m")
+
+    def read(self) -> Import:
+        root = self.root
+        for name in root.get("extensionsRequired", []):
+            if name not in _KNOWN:
+                self.found.leave_out(f"the required extension {name}")
+        scene = (
+            root["scenes"][root.get("scene", 0)] if root.get("scenes") else {"nodes": list(range(len(root["nodes"])))}
+        )
+        for number in scene.get("nodes", []):
+            self._node(number, np.eye(4), 0)
+        if root.get("animations"):
+            self.found.leave_out("animations")
+        return self.found
+
+    def _node(self, number: int, above: Floats, depth: int) -> None:
+        if depth > _DEEPEST:
+            raise ValueError(f"{self.label}: nodes are nested more than {_DEEPEST} deep, or in a circle")
+        node = self.root["nodes"][number]
+        matrix = above @ _matrix(node)
+        name = plain(node.get("name"), f"node-{number}")
+        if "mesh" in node:
+            for index, primitive in enumerate(self.root["meshes"][node["mesh"]]["primitives"]):
+                self._primitive(name if index == 0 else f"{name}-{index}", primitive, matrix)
+        if "camera" in node and not self.found.camera:
+            self._camera(self.root["cameras"][node["camera"]], matrix)
+        if "KHR_lights_punctual" in node.get("extensions", {}):
+            self.found.leave_out(f"{name}: a light without size")
+        for child in node.get("children", []):
+            self._node(child, matrix, depth + 1)
+
+    def _primitive(self, name: str, primitive: dict[str, Any], matrix: Floats) -> None:
+        points = self._accessor(primitive["attributes"]["POSITION"]) @ matrix[:3, :3].T + matrix[:3, 3]
+        shape = shape_of(points)
+        if shape is None:
+            self.found.leave_out(f"{name}: a mesh that is neither a sphere nor a flat rectangle or disk")
+            return
+        material = self.root["materials"][primitive["material"]] if "material" in primitive else {}
+        self.found.objects.append({"name": name, "shape": shape, "surface": self._surface(name, material)})
+
+    def _surface(self, name: str, material: dict[str, Any]) -> dict[str, Any]:
+        extensions = material.get("extensions", {})
+        surface = material.get("pbrMetallicRoughness", {})
+        color = [float(x) for x in surface.get("baseColorFactor", [1, 1, 1, 1])][:3]
+        metal, rough = float(surface.get("metallicFactor", 1.0)), float(surface.get("roughnessFactor", 1.0))
+        ior = float(extensions.get("KHR_materials_ior", {}).get("ior", 1.5))
+        clear = float(extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0))
+        film = extensions.get("KHR_materials_iridescence")
+        for key in ("baseColorTexture", "metallicRoughnessTexture"):
+            if key in surface:
+                self.found.leave_out(f"{name}: {key}")
+        for key in ("normalTexture", "occlusionTexture", "emissiveTexture"):
+            if key in material:
+                self.found.leave_out(f"{name}: {key}")
+        for key in sorted(set(extensions) - _KNOWN):
+            self.found.leave_out(f"{name}: the extension {key}")
+        emitted = [float(x) for x in material.get("emissiveFactor", [0, 0, 0])]
+        strength = float(extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0))
+        if max(emitted) > 0.0:
+            if max(emitted) - min(emitted) > 0.05 * max(emitted):
+                self.found.leave_out(f"{name}: the colour of its glow; it is that of D65")
+            luminance = 0.2126 * emitted[0] + 0.7152 * emitted[1] + 0.0722 * emitted[2]
+            return {"emitter": {"illuminant": "D65", "radiance": strength * luminance}}
+        if film is not None and float(film.get("iridescenceFactor", 0.0)) > 0.0:
+            if rough > 0.0:
+                self.found.leave_out(f"{name}: roughness {rough:g} under the film; it is smooth")
+            return self._film(name, film, color, metal, ior, clear)
+        if metal > 0.5:
+            self.found.leave_out(f"{name}: a metal by its colour; a clear medium of the same reflectance stands for it")
+            return {"coating": {"layers": [], "substrate": index_of_f0(sum(color) / 3.0)}}
+        if clear > 0.5:
+            return {"dielectric": {"medium": max(ior, 1.0 + 1e-6)}}
+        return {"diffuse": {"reflectance": [min(max(x, 0.0), 1.0) for x in color]}}
+
+    def _film(
+        self, name: str, film: dict[str, Any], color: list[float], metal: float, ior: float, clear: float
+    ) -> dict[str, Any]:
+        if float(film["iridescenceFactor"]) < 1.0 or "iridescenceTexture" in film:
+            self.found.leave_out(f"{name}: a film that is there in part")
+        low = float(film.get("iridescenceThicknessMinimum", 100.0))
+        high = float(film.get("iridescenceThicknessMaximum", 400.0))
+        index = float(film.get("iridescenceIor", 1.3))
+        if not 1.0 <= index < 10.0:
+            raise ValueError(f"{self.label}: {name}: iridescenceIor must be 1 or more, got {index:g}")
+        nm: Any = checked_nm(self.found, self.label, name, high, "nm")
+        texture = film.get("iridescenceThicknessTexture")
+        if texture is not None:
+            if max(low, high) > 0.0:
+                checked_nm(self.found, self.label, name, max(low, high), "nm")
+            if low > high:
+                self.found.leave_out(f"{name}: its least thickness is above its greatest, {low:g} > {high:g} nm")
+            image = self.root["images"][self.root["textures"][texture["index"]]["source"]]
+            nm = self._map(name, image, low, high)
+        free = clear > 0.5 and abs(ior - 1.0) < 1e-3 and metal < 0.5
+        base: Any = max(ior, 1.0)
+        if metal > 0.5:
+            base = index_of_f0(sum(color) / 3.0)
+            self.found.leave_out(
+                f"{name}: the metal's k: the file has none; a clear base of the same reflectance stands for it"
+            )
+        return film_surface(index, nm, base, free)
+
+    def _map(self, name: str, image: dict[str, Any], low: float, high: float) -> Any:
+        uri = image.get("uri", "")
+        mean = 0.5 * (low + high)
+        path = Path(self.label).parent / uri
+        if not uri or uri.startswith("data:") or not path.is_file() or low > high:
+            self.found.leave_out(f"{name}: the map of thickness inside the file; {mean:g} nm stands for it")
+            return mean
+        from iridesce.exchange import png
+
+        try:
+            values = png.read_png(read_whole(str(path), MOST_BYTES, "no map has"), str(path))
+        except ValueError as error:
+            self.found.leave_out(f"{name}: the map of thickness ({error}); {mean:g} nm stands for it")
+            return mean
+        channel = values.values[..., min(1, values.values.shape[2] - 1)] / values.peak
+        rows = channel.mean(axis=1)
+        if np.ptp(channel, axis=1).max() < 1e-3 and len(rows) > 1:
+            # A map that changes downwards only is a gradient, where it is straight.
+            straight = np.linspace(rows[0], rows[-1], len(rows))
+            if np.abs(rows - straight).max() < 2e-3:
+                top, bottom = (low + (high - low) * float(rows[end]) for end in (0, -1))
+                self.found.leave_out(
+                    f"{name}: the map of thickness is taken as a gradient from {top:g} to {bottom:g} nm by height"
+                )
+                return {"gradient": {"top": top, "bottom": bottom}}
+        value = low + (high - low) * float(channel.mean())
+        self.found.leave_out(f"{name}: the map of thickness; its mean, {value:g} nm, stands for it")
+        return value
+
+    def _camera(self, camera: dict[str, Any], matrix: Floats) -> None:
+        eye, back, up = matrix[:3, 3], matrix[:3, 2], matrix[:3, 1]
+        view: dict[str, Any] = {
+            "position": eye.tolist(),
+            "target": (eye - back / np.linalg.norm(back) * max(1.0, float(np.linalg.norm(eye)))).tolist(),
+            "up": (up / np.linalg.norm(up)).tolist(),
+        }
+        if camera["type"] == "perspective":
+            view["fov_deg"] = float(np.degrees(camera["perspective"]["yfov"]))
+            aspect = float(camera["perspective"].get("aspectRatio", 1.0))
+        else:
+            view["orthographic_height"] = 2.0 * float(camera["orthographic"]["ymag"])
+            aspect = float(camera["orthographic"]["xmag"]) / float(camera["orthographic"]["ymag"])
+        view["resolution"] = [max(1, round(512 * aspect)), 512]
+        self.found.camera = view
+
+    def _accessor(self, number: int) -> Floats:
+        accessor = self.root["accessors"][number]
+        if "sparse" in accessor or "bufferView" not in accessor:
+            raise ValueError(f"{self.label}: accessor {number} is sparse or empty, which is not read here")
+        view = self.root["bufferViews"][accessor["bufferView"]]
+        kind, width = np.dtype(_KINDS[accessor["componentType"]]), _COUNTS[accessor["type"]]
+        start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        stride = view.get("byteStride", kind.itemsize * width)
+        data = self._buffer(view["buffer"])
+        count = accessor["count"]
+        if count < 1 or start < 0 or start + stride * (count - 1) + kind.itemsize * width > len(data):
+            raise ValueError(f"{self.label}: accessor {number} reaches beyond its buffer")
+        flat = np.ndarray((count, width), kind, data, start, (stride, kind.itemsize))
+        return flat.astype(np.float64)
+
+    def _buffer(self, number: int) -> bytes:
+        buffer = self.root["buffers"][number]
+        uri = buffer.get("uri")
+        if uri is None:
+            if self.binary is None:
+                raise ValueError(f"{self.label}: buffer {number} is nowhere")
+            return self.binary
+        if uri.startswith("data:"):
+            try:
+                return base64.b64decode(uri.partition(",")[2], validate=True)
+            except ValueError as error:
+                raise ValueError(f"{self.label}: buffer {number}: {error}") from None
+        path = (Path(self.label).parent / uri).resolve()
+        if not path.is_relative_to(Path(self.label).parent.resolve()):
+            raise ValueError(f"{self.label}: buffer {number} lies outside the file's folder: {uri!r}")
+        return read_whole(str(path), MOST_BYTES, "no buffer here has")
+
+
+_KNOWN = {
+    "KHR_materials_iridescence",
+    "KHR_materials_transmission",
+    "KHR_materials_ior",
+    "KHR_materials_emissive_strength",
+    "KHR_lights_punctual",
+}
+
+
+def shape_of(points: Floats) -> dict[str, Any] | None:
+    """The sphere, rectangle or disk that points lie on; ``None`` for anything else."""
+    if len(points) < 4 or not np.isfinite(points).all():
+        return None
+    size = float(np.ptp(points, axis=0).max())
+    if size <= 0.0:
+        return None
+    middle = points.mean(axis=0)
+    _, spread, axes = np.linalg.svd(points - middle, full_matrices=False)
+    if spread[2] < 1e-5 * spread[0]:
+        return _flat(points, middle, axes, size)
+    # The sphere of least squares: |p|^2 = 2 c.p + (r^2 - |c|^2).
+    design = np.concatenate([2.0 * (points - middle), np.ones((len(points), 1))], axis=1)
+    solution = np.linalg.lstsq(design, ((points - middle) ** 2).sum(axis=1), rcond=None)[0]
+    center = solution[:3]
+    radius = float(np.sqrt(max(solution[3] + center @ center, 0.0)))
+    away = np.abs(np.linalg.norm(points - middle - center, axis=1) - radius)
+    reaches = all(np.ptp(points[:, axis]) > 1.9 * radius for axis in range(3))
+    if away.max() > 1e-3 * radius or not reaches:
+        return None
+    return {"sphere": {"center": (middle + center).tolist(), "radius": radius}}
+
+
+def _flat(points: Floats, middle: Floats, axes: Floats, size: float) -> dict[str, Any] | None:
+    across = points - middle
+    if len(points) == 4:
+        # A parallelogram: the corner opposite the first is the sum of its neighbours.
+        for far in (1, 2, 3):
+            near = [i for i in (1, 2, 3) if i != far]
+            u, v = (points[i] - points[0] for i in near)
+            if np.linalg.norm(points[0] + u + v - points[far]) < 1e-6 * size:
+                center = points[0] + 0.5 * (u + v)
+                return {"rectangle": {"center": center.tolist(), "u": (0.5 * u).tolist(), "v": (0.5 * v).tolist()}}
+        return None
+    radius = float(np.linalg.norm(across, axis=1).max())
+    rim = np.linalg.norm(across, axis=1) > 0.999 * radius
+    if rim.sum() >= len(points) - 1 >= 8:
+        normal = axes[2]
+        return {"disk": {"center": middle.tolist(), "normal": normal.tolist(), "radius": radius}}
+    return None
+
+
+def _matrix(node: dict[str, Any]) -> Floats:
+    if "matrix" in node:
+        return np.asarray(node["matrix"], dtype=np.float64).reshape(4, 4).T
+    made = np.eye(4)
+    x, y, z, w = (float(q) for q in node.get("rotation", [0, 0, 0, 1]))
+    made[:3, :3] = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    ) * np.asarray(node.get("scale", [1, 1, 1]), dtype=np.float64)
+    made[:3, 3] = node.get("translation", [0, 0, 0])
+    return made

@@ -1,0 +1,300 @@
+"""Mitsuba 3's XML, the subset that a scene holds: spheres, rectangles, disks; diffuse, dielectric, conductor, our own
+film; constant and map environments, area lights; perspective and orthographic sensors."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from iridesce.arguments.operands import Floats
+from iridesce.exchange.importers.common import MOST_BYTES, Import, checked_nm
+from iridesce.exchange.importers.materialx import _float, parsed
+from iridesce.files.whole import read_whole
+
+_IORS = {"vacuum": 1.0, "air": "air", "water": "water", "bk7": "N-BK7", "diamond": "diamond", "acrylic glass": "PMMA"}
+_METALS = ("Ag", "Al", "Au", "Cr", "Cu", "W", "V", "Ti", "Ni", "Pt")
+
+
+def read_mitsuba(label: str) -> Import:
+    """Objects, lights and camera of a scene."""
+    root = parsed(read_whole(label, MOST_BYTES, "no scene here has"), label)
+    if root.tag != "scene":
+        raise ValueError(f"{label}: no scene of Mitsuba, its root is <{root.tag}>")
+    return _Reader(root, label).read()
+
+
+class _Reader:
+    def __init__(self, root: ET.Element, label: str) -> None:
+        self.root, self.label = root, label
+        self.found = Import(unit="m")
+        self.named = {one.get("id"): one for one in root.iter("bsdf") if one.get("id")}
+        self.defaults = {one.get("name"): one.get("value") for one in root.findall("default")}
+
+    def read(self) -> Import:
+        for number, element in enumerate(self.root):
+            kind = element.get("type", "")
+            if element.tag == "shape":
+                self._shape(element, kind, number)
+            elif element.tag == "emitter":
+                self._emitter(element, kind)
+            elif element.tag == "sensor":
+                self._sensor(element, kind)
+            elif element.tag in ("medium", "include", "volume"):
+                self.found.leave_out(f"<{element.tag}>")
+        return self.found
+
+    def _shape(self, element: ET.Element, kind: str, number: int) -> None:
+        name = element.get("id") or f"{kind}-{number}"
+        matrix = self._transform(element, "to_world")
+        if kind == "sphere":
+            center = self._point(element, "center", [0.0, 0.0, 0.0])
+            radius = self._number(element, "radius", 1.0)
+            scale = np.linalg.norm(matrix[:3, :3], axis=0)
+            if np.ptp(scale) > 1e-6 * scale.max():
+                self.found.leave_out(f"{name}: a sphere that is squeezed; it is round")
+            shape = {
+                "sphere": {
+                    "center": (matrix[:3, :3] @ center + matrix[:3, 3]).tolist(),
+                    "radius": radius * float(scale.mean()),
+                }
+            }
+        elif kind == "rectangle":
+            shape = {
+                "rectangle": {
+                    "center": matrix[:3, 3].tolist(),
+                    "u": matrix[:3, 0].tolist(),
+                    "v": matrix[:3, 1].tolist(),
+                }
+            }
+        elif kind == "disk":
+            normal = np.cross(matrix[:3, 0], matrix[:3, 1])
+            shape = {
+                "disk": {
+                    "center": matrix[:3, 3].tolist(),
+                    "normal": normal.tolist(),
+                    "radius": float(np.linalg.norm(matrix[:3, 0])),
+                }
+            }
+        else:
+            self.found.leave_out(f"{name}: the shape {kind}")
+            return
+        glow = next((one for one in element.findall("emitter") if one.get("type") == "area"), None)
+        surface = {"emitter": self._light(glow)} if glow is not None else self._surface(element, name)
+        self.found.objects.append({"name": name, "shape": shape, "surface": surface})
+
+    def _surface(self, element: ET.Element, name: str) -> dict[str, Any]:
+        bsdf = element.find("bsdf")
+        reference = element.find("ref")
+        if bsdf is None and reference is not None:
+            bsdf = self.named.get(reference.get("id"))
+        while bsdf is not None and bsdf.get("type") in ("twosided", "mask", "bumpmap", "normalmap"):
+            if bsdf.get("type") != "twosided":
+                self.found.leave_out(f"{name}: the {bsdf.get('type')} around its material")
+            bsdf = bsdf.find("bsdf")
+        kind = "diffuse" if bsdf is None else bsdf.get("type", "")
+        if bsdf is None:
+            return {"diffuse": {"reflectance": 0.5}}
+        if kind in ("dielectric", "thindielectric", "roughdielectric"):
+            if kind != "dielectric":
+                self.found.leave_out(f"{name}: {kind}: it is a smooth face")
+            return {"dielectric": {"medium": self._ior(bsdf, "int_ior", "bk7", name)}}
+        if kind in ("conductor", "roughconductor"):
+            if kind == "roughconductor":
+                self.found.leave_out(f"{name}: its roughness; it is smooth")
+            return self._conductor(bsdf, name)
+        if kind == "iridesce_film":
+            return self._film(bsdf, name)
+        if kind != "diffuse":
+            self.found.leave_out(f"{name}: the material {kind}; grey of 0.5 stands for it")
+            return {"diffuse": {"reflectance": 0.5}}
+        return {"diffuse": {"reflectance": self._reflectance(bsdf, name)}}
+
+    def _film(self, bsdf: ET.Element, name: str) -> dict[str, Any]:
+        self.found.leave_out(f"{name}: what the film is made of: its table holds spectra; soap stands for it")
+        value = next((one.get("value") for one in bsdf.findall("float") if one.get("name") == "thickness_nm"), None)
+        nm = 320.0 if value is None else checked_nm(self.found, self.label, name, self._text_number(value), "nm")
+        if value is None:
+            self.found.leave_out(f"{name}: the map of its thickness; 320 nm stands for it")
+        return {"film": {"medium": "soap", "thickness_nm": nm}}
+
+    def _conductor(self, bsdf: ET.Element, name: str) -> dict[str, Any]:
+        material = next((one.get("value") for one in bsdf.findall("string") if one.get("name") == "material"), None)
+        if material in _METALS:
+            return {"metal": {"medium": material}}
+        parts = {
+            one.get("name"): one.get("value", "")
+            for one in [*bsdf.findall("spectrum"), *bsdf.findall("float"), *bsdf.findall("rgb")]
+        }
+        if "eta" in parts and "k" in parts:
+            index = [self._middle(parts[key], name) for key in ("eta", "k")]
+            self.found.leave_out(
+                f"{name}: the course of n and k; those nearest 550 nm stand for it, {index[0]:g} + {index[1]:g}i"
+            )
+            if index[1] > 0.0:
+                return {"metal": {"medium": index}}
+        self.found.leave_out(f"{name}: the conductor {material!r}; aluminium stands for it")
+        return {"metal": {"medium": "Al"}}
+
+    def _middle(self, text: str, name: str) -> float:
+        pairs = [word.split(":") for word in text.replace(",", " ").split()]
+        if any(len(pair) == 2 for pair in pairs):
+            best = min(pairs, key=lambda pair: abs(_float(pair[0], self.label, name) - 550.0))
+            return _float(best[-1], self.label, name)
+        return self._text_number(pairs[len(pairs) // 2][0] if pairs else "")
+
+    def _ior(self, bsdf: ET.Element, key: str, otherwise: str, name: str) -> Any:
+        for one in [*bsdf.findall("float"), *bsdf.findall("string")]:
+            if one.get("name") == key:
+                value = one.get("value", "")
+                if one.tag == "string":
+                    if value not in _IORS:
+                        self.found.leave_out(f"{name}: the medium {value!r}; N-BK7 stands for it")
+                    return _IORS.get(value, "N-BK7")
+                return self._text_number(value)
+        return _IORS[otherwise]
+
+    def _reflectance(self, bsdf: ET.Element, name: str) -> Any:
+        for one in bsdf:
+            if one.get("name") == "reflectance":
+                words = one.get("value", "").replace(",", " ").split()
+                if one.tag in ("spectrum", "float") and len(words) == 1 and ":" not in words[0]:
+                    return min(max(self._text_number(words[0]), 0.0), 1.0)
+                if one.tag == "rgb" and len(words) == 3:
+                    return [min(max(self._text_number(word), 0.0), 1.0) for word in words]
+                self.found.leave_out(f"{name}: the map or spectrum of its reflectance; 0.5 stands for it")
+        return 0.5
+
+    def _emitter(self, element: ET.Element, kind: str) -> None:
+        if kind == "constant":
+            self.found.lights.append({"environment": self._light(element)})
+        elif kind == "envmap":
+            name = next(
+                (one.get("value", "") for one in element.findall("string") if one.get("name") == "filename"), ""
+            )
+            path = Path(self.label).parent / name
+            if not name or not path.is_file():
+                self.found.leave_out(f"the environment {name!r}, which is not there")
+                return
+            self.found.lights.append(
+                {"environment": {"map": str(path), "radiance": self._number(element, "scale", 1.0)}}
+            )
+        else:
+            self.found.leave_out(f"the light {kind}")
+
+    def _light(self, element: ET.Element) -> dict[str, Any]:
+        for one in element:
+            if one.get("name") != "radiance":
+                continue
+            value = one.get("value", "")
+            words = value.replace(",", " ").split()
+            if one.tag == "spectrum" and (one.get("type") == "d65" or ":" in value):
+                if ":" in value:
+                    self.found.leave_out("the course of a lamp's spectrum; D65 of radiance 1 stands for it")
+                scale = next((s.get("value", "1") for s in one.findall("float") if s.get("name") == "scale"), "1")
+                return {"illuminant": "D65", "radiance": self._text_number(scale)}
+            if len(words) == 1:
+                return {"illuminant": "D65" if one.tag == "rgb" else "E", "radiance": self._text_number(words[0])}
+            if len(words) == 3:
+                r, g, b = (self._text_number(word) for word in words)
+                self.found.leave_out("the colour of a lamp; D65 of the same luminance stands for it")
+                return {"illuminant": "D65", "radiance": 0.2126 * r + 0.7152 * g + 0.0722 * b}
+        return {"illuminant": "D65", "radiance": 1.0}
+
+    def _sensor(self, element: ET.Element, kind: str) -> None:
+        if self.found.camera or kind not in ("perspective", "thinlens", "orthographic"):
+            self.found.leave_out(f"the sensor {kind}")
+            return
+        matrix = self._transform(element, "to_world")
+        eye, ahead, up = matrix[:3, 3], matrix[:3, 2], matrix[:3, 1]
+        film = element.find("film")
+        width, height = 768, 576
+        if film is not None:
+            width, height = (
+                int(self._number(film, key, size, "integer")) for key, size in (("width", 768), ("height", 576))
+            )
+        distance = max(float(np.linalg.norm(eye)), 1.0)
+        camera: dict[str, Any] = {
+            "position": eye.tolist(),
+            "target": (eye + ahead / np.linalg.norm(ahead) * distance).tolist(),
+            "up": (up / np.linalg.norm(up)).tolist(),
+            "resolution": [width, height],
+        }
+        if kind == "orthographic":
+            camera["orthographic_height"] = 2.0 * float(np.linalg.norm(up))
+        else:
+            fov = self._number(element, "fov", 50.0)
+            axis = next((one.get("value") for one in element.findall("string") if one.get("name") == "fov_axis"), "x")
+            along_y = axis == "y" or (axis == "smaller" and height <= width) or (axis == "larger" and height > width)
+            tall = np.tan(0.5 * np.radians(fov)) * (1.0 if along_y else height / width)
+            camera["fov_deg"] = float(np.degrees(2.0 * np.arctan(tall)))
+        if kind == "thinlens":
+            self.found.leave_out("the lens of the camera; it is a pinhole")
+        self.found.camera = camera
+
+    def _transform(self, element: ET.Element, name: str) -> Floats:
+        made = np.eye(4)
+        for one in element.findall("transform"):
+            if one.get("name") == name:
+                for step in one:
+                    made = self._step(step) @ made
+        return made
+
+    def _step(self, step: ET.Element) -> Floats:
+        made = np.eye(4)
+        if step.tag == "matrix":
+            values = [self._text_number(word) for word in step.get("value", "").replace(",", " ").split()]
+            if len(values) != 16:
+                raise ValueError(f"{self.label}: a matrix has 16 numbers, got {len(values)}")
+            return np.array(values).reshape(4, 4)
+        if step.tag == "lookat":
+            eye, target, up = (np.array(self._three(step.get(key, ""))) for key in ("origin", "target", "up"))
+            ahead = (target - eye) / np.linalg.norm(target - eye)
+            left = np.cross(up, ahead) / np.linalg.norm(np.cross(up, ahead))
+            made[:3, 0], made[:3, 1], made[:3, 2], made[:3, 3] = left, np.cross(ahead, left), ahead, eye
+            return made
+        if step.get("value") is not None:
+            vector = self._three(step.get("value", ""))
+        else:
+            absent = "1" if step.tag == "scale" else "0"
+            vector = [self._text_number(step.get(axis, absent)) for axis in "xyz"]
+        if step.tag == "translate":
+            made[:3, 3] = vector
+        elif step.tag == "scale":
+            made[:3, :3] = np.diag(vector)
+        elif step.tag == "rotate":
+            axis = np.array(vector) / np.linalg.norm(vector)
+            angle = np.radians(self._text_number(step.get("angle", "0")))
+            cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+            made[:3, :3] = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+        else:
+            self.found.leave_out(f"the transform {step.tag}")
+        return made
+
+    def _point(self, element: ET.Element, name: str, otherwise: list[float]) -> Floats:
+        for one in element.findall("point"):
+            if one.get("name") == name:
+                if one.get("value") is not None:
+                    return np.array(self._three(one.get("value", "")))
+                return np.array([self._text_number(one.get(axis, "0")) for axis in "xyz"])
+        return np.array(otherwise)
+
+    def _number(self, element: ET.Element, name: str, otherwise: float, tag: str = "float") -> float:
+        value = next((one.get("value") for one in element.findall(tag) if one.get("name") == name), None)
+        return otherwise if value is None else self._text_number(value)
+
+    def _three(self, text: str) -> list[float]:
+        words = text.replace(",", " ").split()
+        values = [self._text_number(word) for word in words]
+        if len(values) == 1:
+            return values * 3
+        if len(values) != 3:
+            raise ValueError(f"{self.label}: three numbers were wanted, got {text!r:.60}")
+        return values
+
+    def _text_number(self, text: str) -> float:
+        if text.startswith("$"):
+            text = self.defaults.get(text[1:]) or text
+        return _float(text, self.label, "a value")
