@@ -20,29 +20,10 @@ from numpy.typing import ArrayLike, NDArray
 from iridesce import _core
 from iridesce.arguments.scalars import file_name, number, whole
 from iridesce.errors import ResourceError
-from iridesce.thickness.simulation import Frame, Simulation, presets, simulate
+from iridesce.thickness.simulation import presets
 from iridesce.thickness.thickness_map import ThicknessMap, array, refuse_where
 
-__all__ = [
-    "Frame",
-    "Simulation",
-    "ThicknessMap",
-    "ThicknessModel",
-    "flow",
-    "gradient",
-    "lens_gap",
-    "map",
-    "presets",
-    "simulate",
-    "uniform",
-    "wedge",
-]
-
 _MAX_CELLS = 2**30
-
-
-def __dir__() -> list[str]:
-    return __all__
 
 
 # What each kind follows, and which method asks it; all follow anything where they are uniform.

@@ -72,25 +72,8 @@ def verb(
     _check_times(start, speed)
     width_height = None if size is None else size_in_pixels(size)
     stops = exposure_in_stops(exposure)
-
-    is_video = output.suffix.lower() in animation.VIDEOS
-    if output.suffix and not is_video and not output.is_dir():
-        raise typer.BadParameter(
-            f"the name must end in {', '.join(animation.VIDEOS)}, or in nothing for a folder of frames, "
-            f"got {str(output)!r}",
-            param_hint="-o",
-        )
-    folder = output.with_suffix(".frames") if is_video else output
-    ffmpeg = None
-    if is_video:
-        check_place(output)
-        if "png" not in formats:
-            raise typer.BadParameter("a video is made of png frames: --format png or both", param_hint="--format")
-        ffmpeg = animation.find_ffmpeg()
-        if ffmpeg is None:
-            note(
-                'no ffmpeg found, so there will be frames and no video; install ffmpeg, or pip install "iridesce[video]"'
-            )
+    destination = _destination(output, formats)
+    folder = destination.folder
 
     loaded = changed_scene(load_scene(scene, allow_outside), [assignment(text) for text in set_ or []])
     loaded, films = _films(loaded, columns)
@@ -126,11 +109,11 @@ def verb(
     began = time.perf_counter()
     shot = _Shot(loaded, films, path, start, speed, fps, run, formats, threads)
     drawn, used_stops = _draw(shot, count, known_stops)
-    if is_video and ffmpeg is not None:
-        animation.write_video(ffmpeg, folder, fps, count, output)
+    if destination.video is not None and destination.ffmpeg is not None:
+        animation.write_video(destination.ffmpeg, folder, fps, count, destination.video)
         if not keep_frames:
             _remove(run, count, formats, len(films))
-        answer = output
+        answer = destination.video
     else:
         answer = folder
     took = time.perf_counter() - began
@@ -140,6 +123,35 @@ def verb(
     else:
         print(answer)
     note(f"{count} frames, {drawn} of them drawn now, {took:.1f} s")
+
+
+@dataclass(frozen=True)
+class _Destination:
+    """Where the frames go, and the video if there is to be one and a program that makes it."""
+
+    folder: Path
+    video: Path | None
+    ffmpeg: str | None
+
+
+def _destination(output: Path, formats: list[str]) -> _Destination:
+    from iridesce.rendering import animation
+
+    if output.suffix.lower() not in animation.VIDEOS:
+        if output.suffix and not output.is_dir():
+            raise typer.BadParameter(
+                f"the name must end in {', '.join(animation.VIDEOS)}, or in nothing for a folder of frames, "
+                f"got {str(output)!r}",
+                param_hint="-o",
+            )
+        return _Destination(output, None, None)
+    check_place(output)
+    if "png" not in formats:
+        raise typer.BadParameter("a video is made of png frames: --format png or both", param_hint="--format")
+    ffmpeg = animation.find_ffmpeg()
+    if ffmpeg is None:
+        note('no ffmpeg found, so there will be frames and no video; install ffmpeg, or pip install "iridesce[video]"')
+    return _Destination(output.with_suffix(".frames"), output, ffmpeg)
 
 
 @dataclass(frozen=True)
