@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 
 class SceneError(ValueError):
     """A scene that cannot be used; ``file``, ``line`` and ``key`` tell where (``None`` where unknown).
+
+    ``errors`` holds all that is wrong with the scene, a SceneError for each; the first of them lends the whole its place.
 
     >>> import iridesce as ir
     >>> try:
@@ -12,13 +17,37 @@ class SceneError(ValueError):
     ... except ir.SceneError as error:
     ...     print(error.key)
     camera.fov_deg
+    >>> try:
+    ...     ir.Scene.load({"version": 1, "camera": {"fov": 30.0}})
+    ... except ir.SceneError as error:
+    ...     print([one.key for one in error.errors])
+    ['camera.fov', 'object', 'light']
     """
 
-    def __init__(self, message: str, file: str | None = None, line: int | None = None, key: str | None = None):
+    def __init__(
+        self,
+        message: str,
+        file: str | None = None,
+        line: int | None = None,
+        key: str | None = None,
+        others: Sequence[tuple[str, str | None, int | None, str | None]] = (),
+    ):
         super().__init__(message)
         self.file = file
         self.line = line
         self.key = key
+        self._others = tuple(others)
+
+    @property
+    def errors(self) -> list[SceneError]:
+        """Every complaint about the scene by itself, in the order of reading; this one alone where it is the only one."""
+        if not self._others:
+            return [self]
+        own = SceneError(str(self).split("\n", 1)[0], self.file, self.line, self.key)
+        return [own, *(SceneError(*other) for other in self._others)]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (SceneError, (str(self), self.file, self.line, self.key, self._others))
 
 
 class ResourceError(ValueError):

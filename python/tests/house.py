@@ -38,7 +38,7 @@ MAY_USE: dict[str, set[str]] = {
         "iridesce-render",
     },
     "iridesce-python": {"iridesce"},
-    "iridesce-web": {"iridesce-optics", "iridesce-thickness", "iridesce-flow"},
+    "iridesce-web": {"iridesce-numerics", "iridesce-optics", "iridesce-thickness", "iridesce-flow"},
 }
 
 # Inside a crate that has a row, a top-level module may use the ones before it.

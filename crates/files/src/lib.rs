@@ -22,5 +22,5 @@ pub use grid::{Grid, MAX_GRID_BYTES, decode as decode_thickness, read_thickness_
 pub use limits::check_size;
 pub use png::{BitDepth, png_bytes, write_png};
 pub use space::OutputSpace;
-pub use whole::{check_output, read_whole, reason, write_bytes, write_whole};
+pub use whole::{check_ordinary, check_output, read_whole, reason, write_bytes, write_whole};
 pub use words::quoted;

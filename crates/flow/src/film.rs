@@ -1,5 +1,6 @@
 //! A film in time.
 
+use iridesce_numerics::Watch;
 use iridesce_thickness::{ThicknessError, ThicknessMap};
 use rayon::prelude::*;
 
@@ -305,24 +306,27 @@ impl Film {
 
     /// Steps until `time_s`, in steps of one length that is at most the parameters' own; less if the film bursts.
     pub fn advance_to(&mut self, time_s: f64) -> Result<(), FlowError> {
-        self.advance_while(time_s, |_| true)
+        self.advance_watched(time_s, &Watch::new())
     }
 
-    /// The same, as long as `goes_on` says so before each step; stopped, it stays between the two times.
-    pub fn advance_while(&mut self, time_s: f64, mut goes_on: impl FnMut(&Film) -> bool) -> Result<(), FlowError> {
+    /// The same; `watch` hears of every step, in the stage `flowing`. Stopped, the film stands after some whole step.
+    pub fn advance_watched(&mut self, time_s: f64, watch: &Watch) -> Result<(), FlowError> {
         let start = self.state.time_s;
         if !(time_s.is_finite() && time_s >= start) {
             let message = format!("must be a finite time, at least the film's own, {start:?} s, got {time_s:?}");
             return Err(FlowError::Parameter(ThicknessError { key: "time_s", message }));
         }
         let count = ((time_s - start) / self.parameters.step_s - 1e-9).ceil().max(0.0) as u64;
+        watch.begin("flowing", count);
         for k in 0..count {
-            if self.state.ruptured_s.is_some() || !goes_on(self) {
+            if self.state.ruptured_s.is_some() {
                 return Ok(());
             }
+            watch.check().map_err(|_| FlowError::Stopped)?;
             let dt = (time_s - start) / count as f64;
             self.step(dt)?;
             self.state.time_s = if k + 1 == count { time_s } else { start + (k + 1) as f64 * dt };
+            watch.add(1);
         }
         Ok(())
     }

@@ -14,8 +14,8 @@ mod carry;
 mod chance;
 mod checkpoint;
 mod events;
-mod field;
 mod film;
+mod films;
 mod grid;
 mod near;
 mod parameters;
@@ -27,7 +27,7 @@ mod viscosity;
 #[cfg(test)]
 mod laws;
 
-pub use field::{MOST_SECONDS, Watch, field, stand, standing, watch_fields};
 pub use film::{Books, Film, FlowError, State};
+pub use films::{FilmRun, Films, MOST_SECONDS};
 pub use grid::Shape;
 pub use parameters::{CHANGEABLE, PRESETS, Parameters};

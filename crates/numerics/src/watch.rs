@@ -84,6 +84,11 @@ impl Watch {
         self.state.total.store(total, Ordering::Relaxed);
     }
 
+    /// The stage turns out to have `total` units.
+    pub fn expect(&self, total: u64) {
+        self.state.total.store(total, Ordering::Relaxed);
+    }
+
     /// `units` more are done.
     #[inline]
     pub fn add(&self, units: u64) {
@@ -129,6 +134,8 @@ mod tests {
         assert_eq!((stage, done, total), ("counting", counted, u64::MAX));
         watch.begin("again", 3);
         assert_eq!(watch.progress(), Progress { stage: "again", done: 0, total: 3 });
+        watch.expect(5);
+        assert_eq!(watch.progress().total, 5);
         assert_eq!(watch.check(), Err(Stopped));
     }
 }

@@ -208,7 +208,7 @@ fn tables(chosen: &dyn Fn(&str) -> bool) {
         tolerance: 0.1,
     };
     let start = Instant::now();
-    let table = ColorTable::build(request, &|_, _| false).unwrap();
+    let table = ColorTable::build(request, &iridesce_numerics::Watch::new()).unwrap();
     println!("{name}, built in {:.3} s: {:?}", start.elapsed().as_secs_f64(), table.shape());
     let points = 1 << 20;
     // A hash of the place: neighbours in the list are no neighbours in the table.

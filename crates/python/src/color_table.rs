@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use crate::color::Illuminant;
 use crate::error::{Error, Result};
 use crate::image::{PyFact, facts};
-use crate::interrupt::{Long, Meter, beside};
+use crate::interrupt::{Long, beside};
 use crate::medium::Medium;
 
 /// Points between two looks for Ctrl-C: some 30 ms.
@@ -73,13 +73,7 @@ impl ColorTable {
             gamut: None,
         };
         let request = ColorTableRequest { color, thickness_nm, layer, range_nm, range_deg, tolerance: max_delta_e };
-        let inner = beside(py, Long::told(progress), |watch| {
-            let meter = Meter::new(watch, "building");
-            color::ColorTable::build(request, &|done, total| {
-                meter.reach(done, total);
-                watch.is_stopped()
-            })
-        })??;
+        let inner = beside(py, Long::told(progress), |watch| color::ColorTable::build(request, watch))??;
         let extended = inner.extended().to_vec();
         Ok((ColorTable { inner }, extended))
     }

@@ -6,7 +6,7 @@ use iridesce::files::FileError;
 use iridesce::flow::FlowError;
 use iridesce::optics::OpticsError;
 use iridesce::render::RenderError;
-use iridesce::scene::SceneError;
+use iridesce::scene::{ResolveError, SceneError};
 use iridesce::thickness::ThicknessError;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -80,12 +80,26 @@ impl From<FlowError> for Error {
 
 impl From<SceneError> for Error {
     fn from(error: SceneError) -> Error {
-        let message = error.to_string();
         if error.is_resource {
-            return Error::resource(message);
+            return Error::resource(error.to_string());
         }
-        let file = error.file.map(|file| file.display().to_string());
-        Error(python::SceneError::new_err((message, file, error.line, error.key)))
+        let place = |error: &SceneError| {
+            let file = error.file.as_ref().map(|file| file.display().to_string());
+            (error.first().to_string(), file, error.line, error.key.clone())
+        };
+        let others: Vec<_> = error.others.iter().map(place).collect();
+        let (_, file, line, key) = place(&error);
+        Error(python::SceneError::new_err((error.to_string(), file, line, key, others)))
+    }
+}
+
+impl From<ResolveError> for Error {
+    fn from(error: ResolveError) -> Error {
+        match error {
+            ResolveError::Scene(error) => error.into(),
+            // Who stopped it has an exception of his own, which is raised instead.
+            ResolveError::Stopped => Error(PyRuntimeError::new_err(error.to_string())),
+        }
     }
 }
 

@@ -1,17 +1,15 @@
 //! Bindings of films that flow.
 
-use std::cell::RefCell;
 use std::sync::Mutex;
 
-use iridesce::flow::{Film, FlowError, PRESETS, Parameters, stand, standing, watch_fields};
-use iridesce::numerics::Watch;
-use iridesce::scene::flow_field;
-use iridesce::thickness::{ThicknessError, ThicknessModel};
+use iridesce::flow::{Film, FilmRun, FlowError, PRESETS, Parameters};
+use iridesce::scene::Context;
+use iridesce::thickness::{ThicknessError, ThicknessMap, ThicknessModel};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::interrupt::{Long, beside, locked};
 
 /// A film in time.
@@ -42,10 +40,10 @@ impl Flow {
     }
 
     /// Steps until a time; a film that is stopped stands after some whole step.
-    fn advance_to(&self, py: Python<'_>, time_s: f64) -> Result<()> {
+    fn advance_to(&self, py: Python<'_>, time_s: f64, progress: Option<Py<PyAny>>) -> Result<()> {
         let mut film = locked(py, &self.inner)?;
         let film = &mut *film;
-        Ok(beside(py, Long::default(), |watch| film.advance_while(time_s, |_| !watch.is_stopped()))??)
+        Ok(beside(py, Long::told(progress), |watch| film.advance_watched(time_s, watch))??)
     }
 
     fn thickness_nm<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f64>>> {
@@ -122,86 +120,41 @@ fn parameters(
     Ok(parameters)
 }
 
+/// Films where they stand, for a model that is asked more than once.
+#[pyclass(frozen, module = "iridesce._core")]
+pub struct FlowContext {
+    inner: Context,
+}
+
+#[pymethods]
+impl FlowContext {
+    #[new]
+    fn new() -> FlowContext {
+        FlowContext { inner: Context::default() }
+    }
+}
+
 /// A preset's film at a time on a grid of any size, smooth between its own cells.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)] // the arguments of a Python function
 fn flow_map<'py>(
     py: Python<'py>,
+    context: PyRef<'py, FlowContext>,
     preset: &str,
     time_s: f64,
     seed: u64,
     columns: Option<usize>,
     width: usize,
     height: usize,
+    progress: Option<Py<PyAny>>,
 ) -> Result<Bound<'py, PyArray2<f64>>> {
-    let flowed = reading(py, || flow_field(preset, time_s, seed, columns))?;
-    let field = flowed.map_err(|error| interruption().map_or_else(|| error.into(), Error::from))?;
-    let map = beside(py, Long::default(), |_| ThicknessModel::Flow(field).map(width, height, None))??;
+    let context = &*context;
+    let film = FilmRun::new(preset, seed, columns)?;
+    let map = beside(py, Long::told(progress), |watch| -> Result<ThicknessMap> {
+        let field = context.inner.film(&film, time_s, watch)?;
+        Ok(ThicknessModel::Flow(field).map(width, height, None)?)
+    })??;
     Ok(map.into_thickness_nm().into_pyarray(py).reshape([height, width])?)
-}
-
-/// What ended the last film that flowed for a scene: an exception of its watcher, or Ctrl-C.
-static INTERRUPTION: Mutex<Option<PyErr>> = Mutex::new(None);
-/// Called as `watcher(reached_s, asked_s)` while a film flows for a scene.
-static WATCHER: Mutex<Option<Py<PyAny>>> = Mutex::new(None);
-
-fn held<T>(of: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    of.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
-}
-
-/// The exception that stopped a film, if one did; it is handed out once.
-pub fn interruption() -> Option<PyErr> {
-    held(&INTERRUPTION).take()
-}
-
-thread_local! {
-    /// The watch over the scene that is read on this thread.
-    static READING: RefCell<Option<Watch>> = const { RefCell::new(None) };
-}
-
-/// Runs what may let films flow for a scene.
-pub fn reading<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> Result<T> {
-    beside(py, Long::default(), |watch| {
-        READING.set(Some(watch.clone()));
-        let made = work();
-        READING.set(None);
-        made
-    })
-}
-
-fn goes_on(reached_s: f64, asked_s: f64) -> bool {
-    if READING.with_borrow(|watch| watch.as_ref().is_some_and(Watch::is_stopped)) {
-        return false;
-    }
-    let heard = Python::attach(|py| {
-        let watcher = held(&WATCHER).as_ref().map(|watcher| watcher.clone_ref(py));
-        watcher.map_or(Ok(()), |watcher| watcher.call1(py, (reached_s, asked_s)).map(|_| ()))
-    });
-    heard.map_err(|error| *held(&INTERRUPTION) = Some(error)).is_ok()
-}
-
-/// Has `watcher(reached_s, asked_s)` called at every step of films that flow while a scene is read; None: nobody.
-#[pyfunction]
-fn flow_watch(watcher: Option<Py<PyAny>>) {
-    *held(&WATCHER) = watcher;
-}
-
-/// A film that flowed for a scene, where it stands now, to be given to `flow_stand`.
-#[pyfunction]
-fn flow_standing<'py>(
-    py: Python<'py>,
-    preset: &str,
-    seed: u64,
-    columns: Option<usize>,
-) -> Result<Option<Bound<'py, PyBytes>>> {
-    let bytes = beside(py, Long::default(), |_| standing(preset, seed, columns))??;
-    Ok(bytes.map(|bytes| PyBytes::new(py, &bytes)))
-}
-
-/// Lets films of scenes go on from where one stood.
-#[pyfunction]
-fn flow_stand(py: Python<'_>, preset: &str, seed: u64, columns: Option<usize>, bytes: Vec<u8>) -> Result<()> {
-    Ok(beside(py, Long::default(), |_| stand(preset, seed, columns, &bytes))??)
 }
 
 /// Names of the presets.
@@ -213,10 +166,7 @@ fn flow_presets() -> Vec<&'static str> {
 /// Adds this stage's names to `_core`.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Flow>()?;
-    watch_fields(goes_on);
+    module.add_class::<FlowContext>()?;
     module.add_function(wrap_pyfunction!(flow_map, module)?)?;
-    module.add_function(wrap_pyfunction!(flow_watch, module)?)?;
-    module.add_function(wrap_pyfunction!(flow_standing, module)?)?;
-    module.add_function(wrap_pyfunction!(flow_stand, module)?)?;
     module.add_function(wrap_pyfunction!(flow_presets, module)?)
 }

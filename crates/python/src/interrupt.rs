@@ -2,7 +2,6 @@
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Mutex, MutexGuard, TryLockError};
 use std::thread::sleep;
@@ -20,7 +19,7 @@ const POLL: Duration = Duration::from_millis(30);
 /// How a long call is to be run.
 #[derive(Default)]
 pub struct Long {
-    /// Called as `progress(done, total)` when there is news, some thirty times a second at most, and once at the end.
+    /// Called as `progress(done, total, stage)` when there is news, some thirty times a second at most, and once at the end.
     pub progress: Option<Py<PyAny>>,
     /// Worker threads, as the user asked for; `None`: all cores, or `RAYON_NUM_THREADS`.
     pub threads: Option<usize>,
@@ -57,11 +56,11 @@ pub fn beside<T: Send>(py: Python<'_>, how: Long, work: impl FnOnce(&Watch) -> T
         py.check_signals()?;
         let now = watch.progress();
         if let Some(progress) = &progress
-            && told != now
-            && now.total > 0
+            && (told.done, told.stage) != (now.done, now.stage)
+            && now.done > 0
         {
             told = now;
-            progress.call1(py, (now.done, now.total))?;
+            progress.call1(py, (now.done, now.total, now.stage))?;
         }
         Ok(())
     };
@@ -113,38 +112,4 @@ pub fn locked<'a, T>(py: Python<'_>, of: &'a Mutex<T>) -> Result<MutexGuard<'a, 
 fn internal(panic: &(dyn Any + Send)) -> Error {
     let words = panic.downcast_ref::<&str>().copied().or_else(|| panic.downcast_ref::<String>().map(String::as_str));
     Error::internal(words.unwrap_or("unknown"))
-}
-
-/// A [`Watch`] for work that tells how much is done, not how much more.
-pub struct Meter<'a> {
-    watch: &'a Watch,
-    stage: &'static str,
-    total: AtomicU64,
-    done: AtomicU64,
-}
-
-impl<'a> Meter<'a> {
-    /// For a stage of that name.
-    pub fn new(watch: &'a Watch, stage: &'static str) -> Meter<'a> {
-        Meter { watch, stage, total: AtomicU64::new(0), done: AtomicU64::new(0) }
-    }
-
-    /// `done` of `total` units are done.
-    pub fn reach(&self, done: u64, total: u64) {
-        if self.total.swap(total, Ordering::Relaxed) != total {
-            self.watch.begin(self.stage, total);
-            self.watch.add(self.done.load(Ordering::Relaxed));
-        }
-        let before = self.done.fetch_max(done, Ordering::Relaxed);
-        self.watch.add(done.saturating_sub(before));
-    }
-}
-
-impl iridesce::render::Progress for Meter<'_> {
-    fn advance(&self, done_pixels: u64, total_pixels: u64) {
-        self.reach(done_pixels, total_pixels);
-    }
-    fn cancelled(&self) -> bool {
-        self.watch.is_stopped()
-    }
 }

@@ -1,12 +1,12 @@
 //! Bindings of the render stage.
 
-use iridesce::render::{Framebuffer, RenderError, RenderOptions, simd_level};
-use iridesce::scene::{Scene as CoreScene, SceneError};
+use iridesce::render::{Framebuffer, RenderError, RenderOptions, check, simd_level};
+use iridesce::scene::{Scene as CoreScene, SceneError, resolve};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::interrupt::{Long, Meter, beside};
+use crate::interrupt::{Long, beside};
 use crate::scene::Scene;
 
 /// Adds this stage's names to `_core`.
@@ -37,12 +37,14 @@ fn render_scene<'py>(
 ) -> Result<Planes4<'py>> {
     // The threads are those of the pool that it runs in.
     let options = RenderOptions { samples, seed, size, threads: None };
-    let scene = scene.inner.clone();
-    let rendered = beside(py, Long { progress, threads }, |watch| {
-        iridesce::render::render(&scene, &options, &Meter::new(watch, "rendering"))
+    let (recipe, context) = (scene.inner.clone(), scene.context.clone());
+    let rendered = beside(py, Long { progress, threads }, |watch| -> Result<Framebuffer> {
+        // What cannot be rendered is told before any film flows.
+        check(&recipe, &options).map_err(|error| in_scene(&recipe, error))?;
+        let resolved = resolve(&recipe, &context, watch)?;
+        iridesce::render::render(&resolved, &options, watch).map_err(|error| in_scene(&recipe, error))
     })?;
-    let Framebuffer { width, height, xyz, depth, thickness_nm, normal, info } =
-        rendered.map_err(|error| in_scene(&scene, error))?;
+    let Framebuffer { width, height, xyz, depth, thickness_nm, normal, info } = rendered?;
     let (rows, columns) = (height as usize, width as usize);
     let plane = |values: Vec<f32>| PyArray1::from_vec(py, values).reshape([rows, columns]);
     let triple = |values: Vec<f32>| PyArray1::from_vec(py, values).reshape([rows, columns, 3]);

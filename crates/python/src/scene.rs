@@ -1,36 +1,44 @@
 //! Bindings of the scene stage.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use iridesce::scene::{Node, Origin, Scene as CoreScene, SceneError, Value, builtin_names, builtin_text};
+use iridesce::flow::FilmRun;
+use iridesce::scene::{
+    Context, Node, Origin, Scene as CoreScene, SceneError, Value, builtin_names, builtin_text, json_schema, resolve,
+};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyComplex, PyComplexMethods, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
+use pyo3::types::{
+    PyBool, PyBytes, PyComplex, PyComplexMethods, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple,
+};
 
 use crate::error::{Error, Result};
-use crate::flow::{interruption, reading};
+use crate::interrupt::{Long, beside};
 
 /// Deepest nesting of a dict: beyond it Python's own recursion is in danger.
 const MAX_DEPTH: usize = 64;
 /// Longest list: objects may be many, and nothing else is.
 const MAX_ITEMS: usize = 100_000;
 
-/// A validated scene.
+/// A validated scene, with what it and its relatives have read and let flow.
 #[pyclass(frozen, module = "iridesce._core")]
 pub struct Scene {
     /// The scene.
     pub inner: CoreScene,
+    /// Shared by all scenes that were made from one by `with_value`.
+    pub context: Arc<Context>,
 }
 
 #[pymethods]
 impl Scene {
     #[staticmethod]
     fn builtin(py: Python<'_>, name: &str) -> Result<Scene> {
-        wrap(reading(py, || CoreScene::builtin(name))?)
+        Scene::new(beside(py, Long::default(), |_| CoreScene::builtin(name))??)
     }
 
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, allow_outside: bool) -> Result<Scene> {
-        wrap(reading(py, || CoreScene::load(Path::new(&path), allow_outside))?)
+        Scene::new(beside(py, Long::default(), |_| CoreScene::load(Path::new(&path), allow_outside))??)
     }
 
     #[staticmethod]
@@ -43,7 +51,7 @@ impl Scene {
     ) -> Result<Scene> {
         let node = to_node(tree.as_any(), "", 0)?;
         let origin = Origin { file, folder: Some(folder), allow_outside };
-        wrap(reading(py, || CoreScene::from_node(&node, origin))?)
+        Scene::new(beside(py, Long::default(), |_| CoreScene::from_node(&node, origin))??)
     }
 
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -56,7 +64,36 @@ impl Scene {
 
     fn with_value(&self, py: Python<'_>, path: &str, value: &Bound<'_, PyAny>) -> Result<Scene> {
         let value = to_node(value, path, 0)?;
-        wrap(reading(py, || self.inner.with_value(path, value))?)
+        Ok(Scene {
+            inner: beside(py, Long::default(), |_| self.inner.with_value(path, value))??,
+            context: self.context.clone(),
+        })
+    }
+
+    /// Reads the maps and lets the films flow, so that a render need not.
+    fn resolve(&self, py: Python<'_>, progress: Option<Py<PyAny>>) -> Result<()> {
+        let resolved = beside(py, Long::told(progress), |watch| resolve(&self.inner, &self.context, watch))?;
+        resolved?;
+        Ok(())
+    }
+
+    /// A film that flowed for this scene or a relative, where it stands now, to be given to `stand`.
+    fn standing<'py>(
+        &self,
+        py: Python<'py>,
+        preset: &str,
+        seed: u64,
+        columns: Option<usize>,
+    ) -> Result<Option<Bound<'py, PyBytes>>> {
+        let film = FilmRun::new(preset, seed, columns)?;
+        let bytes = beside(py, Long::default(), |_| self.context.films().standing(&film))?;
+        Ok(bytes.map(|bytes| PyBytes::new(py, &bytes)))
+    }
+
+    /// Lets a film of this scene and its relatives go on from where one stood.
+    fn stand(&self, py: Python<'_>, preset: &str, seed: u64, columns: Option<usize>, bytes: Vec<u8>) -> Result<()> {
+        let film = FilmRun::new(preset, seed, columns)?;
+        Ok(beside(py, Long::default(), |_| self.context.films().stand(&film, &bytes))??)
     }
 
     /// Whether a stated extension of a medium's data is used somewhere in 360..830 nm, and by which medium.
@@ -80,8 +117,11 @@ impl Scene {
     }
 }
 
-fn wrap(scene: std::result::Result<CoreScene, SceneError>) -> Result<Scene> {
-    scene.map(|inner| Scene { inner }).map_err(|error| interruption().map_or_else(|| error.into(), Error::from))
+impl Scene {
+    /// A scene that nothing has been read for yet.
+    fn new(inner: CoreScene) -> Result<Scene> {
+        Ok(Scene { inner, context: Arc::default() })
+    }
 }
 
 /// A Python value as part of a scene; numpy numbers and arrays count as numbers and lists.
@@ -190,6 +230,12 @@ fn from_node<'py>(py: Python<'py>, node: &Node) -> PyResult<Bound<'py, PyAny>> {
     })
 }
 
+/// The scene language as a JSON Schema.
+#[pyfunction]
+fn scene_schema() -> String {
+    json_schema().to_string()
+}
+
 /// Names of the built-in scenes.
 #[pyfunction]
 fn scene_names() -> Vec<&'static str> {
@@ -205,6 +251,7 @@ fn scene_text(name: &str) -> Result<&'static str> {
 /// Adds this stage's names to `_core`.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Scene>()?;
+    module.add_function(wrap_pyfunction!(scene_schema, module)?)?;
     module.add_function(wrap_pyfunction!(scene_names, module)?)?;
     module.add_function(wrap_pyfunction!(scene_text, module)?)
 }

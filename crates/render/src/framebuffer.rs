@@ -134,27 +134,11 @@ fn bytes(count: u128) -> String {
     format!("{value:.1} {}", units[unit])
 }
 
-/// Somebody who watches a render and may stop it; called from worker threads, several times a second.
-pub trait Progress: Sync {
-    /// `done_pixels` of `total_pixels` are finished; may arrive out of order.
-    fn advance(&self, done_pixels: u64, total_pixels: u64);
-    /// Asked between tiles: `true` stops the render with [`RenderError::Cancelled`].
-    fn cancelled(&self) -> bool;
-}
-
-/// Nobody watches.
-impl Progress for () {
-    fn advance(&self, _done_pixels: u64, _total_pixels: u64) {}
-    fn cancelled(&self) -> bool {
-        false
-    }
-}
-
 /// Why there is no picture; `Display` is the whole message a user sees.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
-    /// [`Progress::cancelled`] said so.
+    /// Whoever watches said so.
     #[error("the render was cancelled")]
     Cancelled,
     /// Something that cannot fit.

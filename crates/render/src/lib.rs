@@ -22,5 +22,5 @@ mod sampler;
 mod spectral;
 mod vector;
 
-pub use framebuffer::{Framebuffer, Progress, RenderError, RenderInfo, RenderOptions};
-pub use render::{render, render_at, simd_level};
+pub use framebuffer::{Framebuffer, RenderError, RenderInfo, RenderOptions};
+pub use render::{check, render, render_at, simd_level};

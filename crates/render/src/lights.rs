@@ -5,7 +5,7 @@ use std::sync::Arc;
 use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_optics::OpticsError;
 use iridesce_optics::color::{Illuminant, Observer, rgb_basis};
-use iridesce_scene::{Emitter, EnvironmentSource, Light, Scene};
+use iridesce_scene::{Emitter, ResolvedEnvironment, ResolvedScene, ResolvedSource};
 
 use crate::environment::{MapLookup, MapSampler};
 use crate::lanes::{LANES, Lanes, blocks};
@@ -34,10 +34,10 @@ pub struct EnvironmentLight {
 
 impl EnvironmentLight {
     /// `is_sampled`: diffuse surfaces will sample the maps.
-    pub fn new(lights: &[Light], is_sampled: bool) -> EnvironmentLight {
+    pub fn new(environments: &[ResolvedEnvironment], is_sampled: bool) -> EnvironmentLight {
         let mut maps = Vec::new();
-        for Light::Environment(environment) in lights {
-            if let EnvironmentSource::Map(map) | EnvironmentSource::Sky(map, _) = &environment.source {
+        for environment in environments {
+            if let ResolvedSource::Map(map) | ResolvedSource::Sky(map, _) = &environment.source {
                 maps.push((MapLookup::new(map.clone(), environment.rotation_deg), environment.radiance as f32));
             }
         }
@@ -88,7 +88,7 @@ pub struct Lights {
 impl Lights {
     /// `emitters`: emitting objects by their index, in the order of their numbers.
     pub fn new(
-        scene: &Scene,
+        scene: &ResolvedScene,
         nodes: &Nodes,
         around: &EnvironmentLight,
         emitters: &[(usize, &Emitter)],
@@ -101,10 +101,10 @@ impl Lights {
         });
         let mut uniform: Option<[Vec<f64>; 3]> = None;
         let mut suns: Vec<(Vec3, f64, [Vec<f64>; 3])> = Vec::new();
-        for Light::Environment(environment) in &scene.lights {
+        for environment in &scene.environments {
             match &environment.source {
-                EnvironmentSource::Map(_) => {}
-                EnvironmentSource::Sky(_, sun) => {
+                ResolvedSource::Map(_) => {}
+                ResolvedSource::Sky(_, sun) => {
                     let weights = scaled(&halved(&sun.illuminant, nodes), environment.radiance * sun.radiance);
                     let direction = turned(sun.direction.into(), environment.rotation_deg).normalized();
                     let cos_radius = sun.angular_radius_deg.to_radians().cos();
@@ -114,7 +114,7 @@ impl Lights {
                         None => suns.push((direction, cos_radius, weights)),
                     }
                 }
-                EnvironmentSource::Uniform(illuminant) => {
+                ResolvedSource::Uniform(illuminant) => {
                     let own = scaled(&halved(illuminant, nodes), environment.radiance);
                     let sum = uniform.get_or_insert_with(|| std::array::from_fn(|_| vec![0.0; nodes.len()]));
                     add_to(sum, &own);

@@ -2,7 +2,7 @@
 
 use iridesce_optics::color::{Illuminant, rgb_basis};
 use iridesce_optics::{Medium, OpticsError};
-use iridesce_scene::{EnvironmentSource, Light, Scene, Surface, ThicknessField, Unit};
+use iridesce_scene::{ResolvedScene, ResolvedSource, Surface, ThicknessField, Unit};
 
 use crate::camera::{Ray, RayCamera};
 use crate::coating::IndexTable;
@@ -164,15 +164,16 @@ struct Materials<'a> {
 }
 
 impl Prepared {
-    pub fn new(scene: &Scene, options: &RenderOptions) -> Result<Prepared, RenderError> {
+    pub fn new(resolved: &ResolvedScene, options: &RenderOptions) -> Result<Prepared, RenderError> {
+        let scene = &resolved.recipe;
         let [width, height] = options.size.unwrap_or(scene.camera.resolution);
         let mut media = Media::new();
-        let materials = materials(scene, &mut media)?;
+        let materials = materials(resolved, &mut media)?;
         let shapes: Vec<Shape> = scene.objects.iter().map(|object| Shape::new(&object.shape)).collect();
-        let around = EnvironmentLight::new(&scene.lights, !materials.diffuse.is_empty());
+        let around = EnvironmentLight::new(&resolved.environments, !materials.diffuse.is_empty());
         let mut levels = Vec::new();
-        for nodes in levels_for(scene, &materials)? {
-            levels.push(spectra(scene, &nodes, &media, &materials, &around)?);
+        for nodes in levels_for(resolved, &materials)? {
+            levels.push(spectra(resolved, &nodes, &media, &materials, &around)?);
         }
         if let Some(finest) = levels.last_mut() {
             finest.resolved_nm = f64::INFINITY;
@@ -209,9 +210,10 @@ impl Prepared {
     }
 }
 
-fn materials<'a>(scene: &'a Scene, media: &mut Media) -> Result<Materials<'a>, RenderError> {
+fn materials<'a>(scene: &'a ResolvedScene, media: &mut Media) -> Result<Materials<'a>, RenderError> {
     let mut all = Materials::default();
-    for (object, described) in scene.objects.iter().enumerate() {
+    for (object, described) in scene.recipe.objects.iter().enumerate() {
+        let thicknesses = scene.layers(object);
         let mut coated = |layers: Vec<LayerSurface>, of: Vec<&'a Medium>, substrate: &Medium, is_metal: bool| {
             let substrate = number_of(media, substrate)?;
             all.coatings.push(of);
@@ -228,7 +230,7 @@ fn materials<'a>(scene: &'a Scene, media: &mut Media) -> Result<Materials<'a>, R
                 all.films.push((&film.medium, outside));
                 Material::Film(FilmSurface {
                     number: all.films.len() - 1,
-                    layer: LayerSurface::new(&film.thickness, &film.medium)?,
+                    layer: LayerSurface::new(&thicknesses[0], &film.medium)?,
                     outside,
                 })
             }
@@ -236,7 +238,8 @@ fn materials<'a>(scene: &'a Scene, media: &mut Media) -> Result<Materials<'a>, R
                 let layers = coating
                     .layers
                     .iter()
-                    .map(|layer| LayerSurface::new(&layer.thickness, &layer.medium))
+                    .zip(thicknesses)
+                    .map(|(layer, thickness)| LayerSurface::new(thickness, &layer.medium))
                     .collect::<Result<_, _>>()?;
                 let of = coating.layers.iter().map(|layer| &layer.medium).collect();
                 coated(layers, of, &coating.substrate, false)?
@@ -267,7 +270,7 @@ fn number_of(media: &mut Media, medium: &Medium) -> Result<u8, RenderError> {
 }
 
 /// The choices of nodes, ever finer, until the fringes of the thickest film are resolved.
-fn levels_for(scene: &Scene, materials: &Materials<'_>) -> Result<Vec<Nodes>, RenderError> {
+fn levels_for(scene: &ResolvedScene, materials: &Materials<'_>) -> Result<Vec<Nodes>, RenderError> {
     let mut lines = Vec::new();
     let mut is_continuous = false;
     let mut see = |illuminant: &Illuminant, radiance: f64| {
@@ -277,10 +280,10 @@ fn levels_for(scene: &Scene, materials: &Materials<'_>) -> Result<Vec<Nodes>, Re
         }
     };
     let mut has_map = false;
-    for Light::Environment(environment) in &scene.lights {
+    for environment in &scene.environments {
         match &environment.source {
-            EnvironmentSource::Uniform(illuminant) => see(illuminant, environment.radiance),
-            EnvironmentSource::Map(_) | EnvironmentSource::Sky(..) => has_map = true,
+            ResolvedSource::Uniform(illuminant) => see(illuminant, environment.radiance),
+            ResolvedSource::Map(_) | ResolvedSource::Sky(..) => has_map = true,
         }
     }
     for (_, emitter) in &materials.emitters {
@@ -291,7 +294,7 @@ fn levels_for(scene: &Scene, materials: &Materials<'_>) -> Result<Vec<Nodes>, Re
         return Ok(vec![Nodes::new(0, &lines)]);
     }
     let mut longest_nm = 0.0_f64;
-    for (object, material) in scene.objects.iter().zip(&materials.list) {
+    for (object, material) in scene.recipe.objects.iter().zip(&materials.list) {
         let path_nm = material.longest_path_nm();
         let wanted = node_count(path_nm);
         if wanted > MAX_NODES {
@@ -315,7 +318,7 @@ fn levels_for(scene: &Scene, materials: &Materials<'_>) -> Result<Vec<Nodes>, Re
 }
 
 fn spectra(
-    scene: &Scene,
+    scene: &ResolvedScene,
     nodes: &Nodes,
     media: &Media,
     materials: &Materials<'_>,
@@ -332,7 +335,7 @@ fn spectra(
     for layers in &materials.coatings {
         coatings.push(layers.iter().map(|medium| table(medium)).collect::<Result<Vec<_>, _>>()?);
     }
-    let nm_per_unit = match scene.unit {
+    let nm_per_unit = match scene.recipe.unit {
         Unit::M => 1e9,
         Unit::Cm => 1e7,
         Unit::Mm => 1e6,

@@ -1,14 +1,14 @@
 //! The whole picture: rows on all cores, one SIMD dispatch a row, the same bytes for any number of threads.
 
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use fearless_simd::{Level, Simd, dispatch};
-use iridesce_scene::Scene;
+use iridesce_numerics::Watch;
+use iridesce_scene::{ResolvedScene, Scene};
 use rayon::prelude::*;
 
 use crate::failure::{PathFailure, describe};
-use crate::framebuffer::{Framebuffer, Progress, RenderError, RenderInfo, RenderOptions};
+use crate::framebuffer::{Framebuffer, RenderError, RenderInfo, RenderOptions};
 use crate::geometry::nearest;
 use crate::integrator::Tracer;
 use crate::prepare::Prepared;
@@ -19,18 +19,13 @@ use crate::sampler::PixelSampler;
 ///
 /// Errors: [`RenderError::Argument`] for options outside their range, [`RenderError::Resource`] for pictures or
 /// films that cannot fit, [`RenderError::Optics`] for media without data in 360..830 nm, and
-/// [`RenderError::Cancelled`] within 1024 samples of `progress.cancelled()` saying so.
-pub fn render(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -> Result<Framebuffer, RenderError> {
-    render_at(Level::new(), scene, options, progress)
+/// [`RenderError::Cancelled`] within 1024 samples of the watch saying so, which hears of pixels in the stage `rendering`.
+pub fn render(scene: &ResolvedScene, options: &RenderOptions, watch: &Watch) -> Result<Framebuffer, RenderError> {
+    render_at(Level::new(), scene, options, watch)
 }
 
-/// [`render`] at a SIMD level of the caller's choice, which the machine must have (tests compare levels).
-pub fn render_at(
-    level: Level,
-    scene: &Scene,
-    options: &RenderOptions,
-    progress: &dyn Progress,
-) -> Result<Framebuffer, RenderError> {
+/// Refuses options outside their range and pictures that cannot fit, before a scene is resolved.
+pub fn check(scene: &Scene, options: &RenderOptions) -> Result<(), RenderError> {
     let samples = options.samples.unwrap_or(scene.render.samples);
     if samples == 0 || samples > RenderOptions::MAX_SAMPLES {
         return Err(RenderError::Argument(format!(
@@ -39,16 +34,26 @@ pub fn render_at(
         )));
     }
     let [width, height] = options.size.unwrap_or(scene.camera.resolution);
-    Framebuffer::check_size(width, height)?;
+    Framebuffer::check_size(width, height)
+}
+
+/// [`render`] at a SIMD level of the caller's choice, which the machine must have (tests compare levels).
+pub fn render_at(
+    level: Level,
+    scene: &ResolvedScene,
+    options: &RenderOptions,
+    watch: &Watch,
+) -> Result<Framebuffer, RenderError> {
+    check(&scene.recipe, options)?;
     match options.threads {
-        None => draw(level, scene, options, progress),
+        None => draw(level, scene, options, watch),
         Some(0) => Err(RenderError::Argument("threads must be at least 1, got 0".into())),
         Some(threads) => {
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .build()
                 .map_err(|e| RenderError::Resource(format!("cannot start {threads} threads: {e}")))?;
-            pool.install(|| draw(level, scene, options, progress))
+            pool.install(|| draw(level, scene, options, watch))
         }
     }
 }
@@ -63,9 +68,9 @@ struct Row<'a> {
 
 fn draw(
     level: Level,
-    scene: &Scene,
+    scene: &ResolvedScene,
     options: &RenderOptions,
-    progress: &dyn Progress,
+    watch: &Watch,
 ) -> Result<Framebuffer, RenderError> {
     let start = Instant::now();
     let prepared = Prepared::new(scene, options)?;
@@ -79,8 +84,7 @@ fn draw(
     };
     let mut frame = Framebuffer::empty(width, height, info)?;
     let columns = width as usize;
-    let total = u64::from(width) * u64::from(height);
-    let done = AtomicU64::new(0);
+    watch.begin("rendering", u64::from(width) * u64::from(height));
     (frame.xyz.par_chunks_mut(3 * columns))
         .zip(frame.depth.par_chunks_mut(columns))
         .zip(frame.thickness_nm.par_chunks_mut(columns))
@@ -88,8 +92,8 @@ fn draw(
         .enumerate()
         .try_for_each(|(y, (((xyz, depth), thickness_nm), normal))| {
             let row = Row { xyz, depth, thickness_nm, normal };
-            dispatch!(level, simd => draw_row(simd, &prepared, y as u32, row, progress))?;
-            progress.advance(done.fetch_add(u64::from(width), Ordering::Relaxed) + u64::from(width), total);
+            dispatch!(level, simd => draw_row(simd, &prepared, y as u32, row, watch))?;
+            watch.add(u64::from(width));
             Ok::<(), RenderError>(())
         })?;
     frame.info.seconds = start.elapsed().as_secs_f64();
@@ -97,13 +101,7 @@ fn draw(
 }
 
 #[inline(always)]
-fn draw_row<S: Simd>(
-    simd: S,
-    scene: &Prepared,
-    y: u32,
-    row: Row<'_>,
-    progress: &dyn Progress,
-) -> Result<(), RenderError> {
+fn draw_row<S: Simd>(simd: S, scene: &Prepared, y: u32, row: Row<'_>, watch: &Watch) -> Result<(), RenderError> {
     // One tracer a level of spectra; most rows need the first only.
     let mut tracers: Vec<Option<Tracer<'_>>> = scene.levels.iter().map(|_| None).collect();
     for x in 0..scene.width {
@@ -114,7 +112,7 @@ fn draw_row<S: Simd>(
             let tracer = tracers[level].get_or_insert_with(|| Tracer::new(scene, level));
             for sample in 0..scene.samples {
                 // Not once a pixel: a pixel of a million samples takes seconds.
-                if sample % 1024 == 0 && progress.cancelled() {
+                if sample % 1024 == 0 && watch.is_stopped() {
                     return Err(RenderError::Cancelled);
                 }
                 let (dx, dy) = sampler.point(sample);

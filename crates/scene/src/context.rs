@@ -1,15 +1,12 @@
 //! What the readers of a scene's parts are given besides the part.
 
 use crate::disk::Origin;
-use crate::files::Maps;
 use crate::model::Unit;
 
 /// What an object is read with.
-pub struct Context<'a> {
+pub struct Reading<'a> {
     /// What 1.0 means.
     pub unit: Unit,
     /// What paths are relative to.
     pub origin: &'a Origin,
-    /// Files that are read already.
-    pub maps: &'a mut Maps,
 }

@@ -3,22 +3,15 @@
 use crate::error::SceneError;
 use crate::model::Scene;
 use crate::reader::{join, suggestion};
+use crate::schema::KINDS;
 use crate::tree::{Node, Value, quoted};
 
-/// Keys of which a table takes one, each with those that go with it: setting one removes the others.
-const ALTERNATIVES: [&[&[&str]]; 5] = [
-    &[&["fov_deg"], &["orthographic_height"]],
-    &[&["map"], &["illuminant"], &["builtin"]],
-    &[&["film"], &["coating"], &["dielectric"], &["metal"], &["diffuse"], &["emitter"]],
-    &[&["sphere"], &["rectangle"], &["disk"], &["plane"], &["cap"], &["mesh"]],
-    &[&["gradient"], &["wedge"], &["lens_gap"], &["map", "min_nm", "max_nm"], &["swirls"], &["flow"]],
-];
-
-/// Whether a table that is given `key` must lose its entry `other`.
+/// Whether a table that is given `key` must lose its entry `other`: of the keys of which a kind takes one, setting one
+/// removes the others.
 fn is_rival(key: &str, other: &str) -> bool {
     // `map` stands among lights and among thicknesses; neither table holds a key of the other.
-    ALTERNATIVES.iter().any(|group| {
-        let place = |name: &str| group.iter().position(|keys| keys.contains(&name));
+    KINDS.iter().any(|kind| {
+        let place = |name: &str| kind.alternatives.iter().position(|keys| keys.contains(&name));
         place(key).zip(place(other)).is_some_and(|(a, b)| a != b)
     })
 }
@@ -28,11 +21,11 @@ impl Scene {
     ///
     /// `path` is dotted; objects are addressed by name or number, lights by number:
     /// `object.bubble.surface.film.thickness_nm`, `light.0.environment.radiance`, `camera.fov_deg`. Where a table takes
-    /// one of several keys, setting one removes the others. Maps are not read again.
+    /// one of several keys, setting one removes the others. No map is read and no film flows.
     pub fn with_value(&self, path: &str, value: Node) -> Result<Scene, SceneError> {
         let mut tree = self.tree.clone();
         set(&mut tree, path, value).map_err(|e| e.in_file(self.origin.file.as_deref()))?;
-        Scene::from_node_with(&tree, self.origin.clone(), self.maps.clone())
+        Scene::from_node(&tree, self.origin.clone())
     }
 }
 

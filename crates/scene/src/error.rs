@@ -15,12 +15,24 @@ pub struct SceneError {
     pub key: Option<String>,
     /// Whether the scene is sound but too large for any machine.
     pub is_resource: bool,
+    /// What else is wrong with the scene, in the order of reading.
+    pub others: Vec<SceneError>,
 }
+
+/// Most complaints that are shown at once.
+const MOST_SHOWN: usize = 20;
 
 impl SceneError {
     /// A complaint that is not yet tied to a place.
     pub fn new(message: impl Into<String>) -> SceneError {
-        SceneError { message: message.into(), file: None, line: None, key: None, is_resource: false }
+        SceneError {
+            message: message.into(),
+            file: None,
+            line: None,
+            key: None,
+            is_resource: false,
+            others: Vec::new(),
+        }
     }
 
     /// The same, at a key and line.
@@ -33,12 +45,26 @@ impl SceneError {
     /// The same, in a file.
     pub fn in_file(mut self, file: Option<&Path>) -> SceneError {
         self.file = file.map(Path::to_path_buf);
+        self.others = self.others.into_iter().map(|other| other.in_file(file)).collect();
         self
+    }
+
+    /// All complaints as one, named by the first; `None` where there are none.
+    pub fn of_all(faults: Vec<SceneError>) -> Option<SceneError> {
+        let mut faults = faults.into_iter();
+        let mut first = faults.next()?;
+        first.others = faults.collect();
+        Some(first)
+    }
+
+    /// Its own message with its place, without those of the others.
+    pub fn first(&self) -> SceneError {
+        SceneError { others: Vec::new(), ..self.clone() }
     }
 }
 
 impl std::fmt::Display for SceneError {
-    /// `scenes/bubble.toml:11: message`.
+    /// `scenes/bubble.toml:11: message`, and a line for each of the others.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         if let Some(file) = &self.file {
             write!(f, "{}:", file.display())?;
@@ -47,7 +73,14 @@ impl std::fmt::Display for SceneError {
             }
             write!(f, " ")?;
         }
-        write!(f, "{}", self.message)
+        write!(f, "{}", self.message)?;
+        for other in self.others.iter().take(MOST_SHOWN - 1) {
+            write!(f, "\n{other}")?;
+        }
+        match self.others.len().saturating_sub(MOST_SHOWN - 1) {
+            0 => Ok(()),
+            more => write!(f, "\n... and {more} more"),
+        }
     }
 }
 

@@ -1,56 +1,74 @@
-//! Files that a scene names: found beside it, read whole, refused with a reason.
+//! Files that a scene names: found beside it and asked whether they are ordinary ones; read whole, and once, when the
+//! scene is resolved.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use iridesce_files::{EnvironmentMap, Grid, MAX_GRID_BYTES, decode_environment, decode_thickness, quoted, read_whole};
+use iridesce_files::{
+    EnvironmentMap, Grid, MAX_GRID_BYTES, check_ordinary, decode_environment, decode_thickness, quoted, read_whole,
+};
+use iridesce_thickness::ThicknessMap;
 
+use crate::cache::Cache;
 use crate::error::SceneError;
+use crate::model::{MapFile, Origin};
 
 /// Largest file of a map: the largest map in single precision, and then some.
 const MAX_MAP_BYTES: u64 = 4 << 30;
 
-/// The maps that a scene has read, so that changing one of its values does not read them again.
-#[derive(Debug, Clone, Default)]
+/// The file that a scene calls `name`: it is there, an ordinary one, and where the scene may read. Nothing of it is read.
+pub fn map_file(origin: &Origin, name: &str) -> Result<MapFile, SceneError> {
+    let path = origin.resolve(name)?;
+    check_ordinary(&path).map_err(|why| SceneError::new(format!("{} cannot be used as a map: {why}", quoted(name))))?;
+    Ok(MapFile { name: name.to_owned(), path })
+}
+
+/// The maps that scenes have read, so that changing a value of a scene does not read them again.
+#[derive(Debug, Default)]
 pub struct Maps {
-    environments: Vec<(PathBuf, Arc<EnvironmentMap>)>,
-    thicknesses: Vec<(PathBuf, Grid)>,
+    environments: Cache<PathBuf, Arc<EnvironmentMap>>,
+    thicknesses: Cache<PathBuf, Grid>,
+    swirls: Cache<[u64; 3], Arc<ThicknessMap>>,
 }
 
 impl Maps {
-    /// The environment map in the file at `path`, which the scene calls `name`.
-    pub fn environment(&mut self, path: &Path, name: &str) -> Result<Arc<EnvironmentMap>, SceneError> {
-        read_once(&mut self.environments, path, || {
-            read_whole(path, MAX_MAP_BYTES)
-                .and_then(|bytes| decode_environment(&bytes).map(Arc::new))
-                .map_err(|why| cannot_be_used(name, "an environment map", &why))
+    /// From now on older maps may be forgotten.
+    pub fn next_question(&self) {
+        self.environments.next_question();
+        self.thicknesses.next_question();
+        self.swirls.next_question();
+    }
+
+    /// The environment map in a file.
+    pub fn environment(&self, file: &MapFile) -> Result<Arc<EnvironmentMap>, SceneError> {
+        self.environments.get(&file.path, || {
+            read_whole(&file.path, MAX_MAP_BYTES)
+                .and_then(|bytes| decode_environment(&bytes))
+                .map(|map| (size_of_val(map.rgb.as_slice()), Arc::new(map)))
+                .map_err(|why| cannot_be_used(file, "an environment map", &why))
         })
     }
 
-    /// The thickness map in the file at `path`, which the scene calls `name`.
-    pub fn thickness(&mut self, path: &Path, name: &str) -> Result<Grid, SceneError> {
-        read_once(&mut self.thicknesses, path, || {
-            read_whole(path, MAX_GRID_BYTES)
+    /// The thickness map in a file.
+    pub fn thickness(&self, file: &MapFile) -> Result<Grid, SceneError> {
+        self.thicknesses.get(&file.path, || {
+            read_whole(&file.path, MAX_GRID_BYTES)
                 .and_then(|bytes| decode_thickness(&bytes))
-                .map_err(|why| cannot_be_used(name, "a thickness map", &why))
+                .map(|grid| (grid.bytes(), grid))
+                .map_err(|why| cannot_be_used(file, "a thickness map", &why))
+        })
+    }
+
+    /// Swirls between two thicknesses in nm.
+    pub fn swirls(&self, min_nm: f64, max_nm: f64, seed: u64) -> Result<Arc<ThicknessMap>, SceneError> {
+        self.swirls.get(&[min_nm.to_bits(), max_nm.to_bits(), seed], || {
+            iridesce_thickness::swirls(min_nm, max_nm, seed)
+                .map(|map| (size_of_val(map.thickness_nm()), map))
+                .map_err(|e| SceneError::new(e.to_string()))
         })
     }
 }
 
-/// What is known of a file, or what `read` finds there.
-fn read_once<T: Clone>(
-    known: &mut Vec<(PathBuf, T)>,
-    path: &Path,
-    read: impl FnOnce() -> Result<T, SceneError>,
-) -> Result<T, SceneError> {
-    if let Some((_, value)) = known.iter().find(|(known, _)| known == path) {
-        return Ok(value.clone());
-    }
-    let value = read()?;
-    known.push((path.to_path_buf(), value.clone()));
-    Ok(value)
-}
-
-fn cannot_be_used(name: &str, what: &str, why: &str) -> SceneError {
-    SceneError::new(format!("{} cannot be used as {what}: {why}", quoted(name)))
+fn cannot_be_used(file: &MapFile, what: &str, why: &str) -> SceneError {
+    SceneError::new(format!("{} cannot be used as {what}: {why}", quoted(&file.name)))
 }

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use iridesce_files::decode_thickness;
-use iridesce_flow::{self as flow, FlowError, Parameters, Shape};
+use iridesce_flow::{FilmRun, Parameters, Shape};
 use iridesce_thickness::FlowField;
 
 /// What one step of a stored film is worth, nm.
@@ -19,16 +19,12 @@ const STORED: [(&str, f64, u64, &[u8]); 3] = [
     ("vertical-film", 4.0, 1, include_bytes!("../films/vertical-film.png")),
 ];
 
-/// The film of a preset after `time_s` seconds: a stored one, or else one that flows now.
-pub fn field(preset: &str, time_s: f64, seed: u64, columns: Option<usize>) -> Result<Arc<FlowField>, FlowError> {
-    let stored = STORED.iter().find(|(name, time, number, _)| (*name, *time, *number) == (preset, time_s, seed));
-    if let Some((_, _, _, png)) = stored
-        && let Some(field) = read(preset, png)
-        && columns.is_none_or(|columns| columns == field.map().width())
-    {
-        return Ok(Arc::new(field));
-    }
-    flow::field(preset, time_s, seed, columns)
+/// The stored film of a preset after `time_s` seconds, if there is one.
+pub fn stored(film: &FilmRun, time_s: f64) -> Option<Arc<FlowField>> {
+    let parameters = film.parameters();
+    let wanted = (film.preset(), time_s, parameters.seed);
+    let (preset, _, _, png) = STORED.iter().find(|(name, time, seed, _)| (*name, *time, *seed) == wanted)?;
+    read(preset, png).filter(|field| field.map().width() == parameters.columns).map(Arc::new)
 }
 
 fn read(preset: &str, png: &[u8]) -> Option<FlowField> {
@@ -51,7 +47,9 @@ mod tests {
             let mean = film.map().thickness_nm().iter().sum::<f64>() / film.map().thickness_nm().len() as f64;
             let start_nm = parameters.thickness_m * 1e9;
             assert!((0.5 * start_nm..1.2 * start_nm).contains(&mean), "{preset}: {mean} nm of {start_nm}");
-            assert_eq!(*field(preset, time_s, seed, None).unwrap(), film);
+            let run = |columns| FilmRun::new(preset, seed, columns).unwrap();
+            assert_eq!(*stored(&run(None), time_s).unwrap(), film);
+            assert!(stored(&run(Some(400)), time_s).is_none() && stored(&run(None), time_s + 1.0).is_none());
         }
     }
 }

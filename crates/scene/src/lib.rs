@@ -1,12 +1,14 @@
-//! Scenes: read, validate, resolve. Knows films and thickness, nothing of rendering.
+//! Scenes: read and validate, in milliseconds; resolve, which reads maps and lets films flow. Knows films and thickness, nothing of rendering.
 //!
 //! ```text
-//! TOML, JSON, dict -> tree (with lines) -> validate -> Scene (every default filled in, every name resolved)
+//! TOML, JSON, dict -> tree (with lines) -> check (against the schema) -> validate -> Scene (a recipe: every default filled in, every name known)
+//! Scene, Context (maps read, films where they stand), Watch -> resolve -> ResolvedScene
 //! ```
 
 mod builtin;
+mod cache;
+mod check;
 mod context;
-mod defaults;
 mod disk;
 mod edit;
 mod error;
@@ -19,6 +21,9 @@ mod medium;
 mod model;
 mod objects;
 mod reader;
+mod resolve;
+mod schema;
+mod schema_text;
 mod shape;
 mod sky;
 mod studio;
@@ -29,6 +34,7 @@ mod validate;
 
 pub use builtin::{builtin_names, builtin_text};
 pub use error::SceneError;
-pub use films::field as flow_field;
 pub use model::*;
+pub use resolve::{Context, ResolveError, ResolvedEnvironment, ResolvedScene, ResolvedSource, resolve};
+pub use schema_text::{json_schema, key_tables};
 pub use tree::{Node, Value};

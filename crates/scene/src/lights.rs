@@ -1,40 +1,37 @@
 //! Lights: environments from maps, illuminants, the built-in studio and sky.
 
-use iridesce_files::{MAX_RADIANCE, read_whole};
+use iridesce_files::{quoted, read_whole};
 use iridesce_optics::color::{Illuminant, illuminant_names};
 
-use crate::defaults;
 use crate::error::SceneError;
-use crate::files::Maps;
+use crate::files::map_file;
 use crate::model::{Environment, EnvironmentSource, Light, Origin};
 use crate::reader::{Table, suggestion};
-use crate::sky::sky;
-use crate::studio::studio;
-use crate::tree::{Node, quoted};
+use crate::schema;
+use crate::tree::Node;
 
 /// Largest table of an illuminant; one of 0.1 nm steps has 100 KiB.
 const MAX_CSV_BYTES: u64 = 16 << 20;
 /// Longest name of an illuminant: a list of lines can be some hundred letters long.
 const MAX_NAME: usize = 10_000;
 
-/// The light at `number`, and its tree with every default.
-pub fn light(node: &Node, number: usize, origin: &Origin, maps: &mut Maps) -> Result<(Light, Node), SceneError> {
-    let table = Table::new(node, format!("light.{number}"), &["environment"], &[])?;
-    let (environment, tree) = environment(table.need("environment")?, &table.path("environment"), origin, maps)?;
+/// The light at `path`, and its tree with every default.
+pub fn light(node: &Node, path: &str, origin: &Origin) -> Result<(Light, Node), SceneError> {
+    let table = Table::new(node, &schema::LIGHT, path)?;
+    let (environment, tree) = environment(table.need("environment")?, &table.path("environment"), origin)?;
     Ok((Light::Environment(environment), Node::table([("environment", tree)])))
 }
 
-fn environment(node: &Node, path: &str, origin: &Origin, maps: &mut Maps) -> Result<(Environment, Node), SceneError> {
-    let table = Table::new(node, path, &["map", "illuminant", "builtin", "rotation_deg", "radiance"], &[])?;
-    let (kind, source_node) = table.one_of(&["map", "illuminant", "builtin"])?;
-    let name = table.needed_text(kind)?;
-    // The cheap checks first: a map can take seconds to read.
-    let rotation_deg = table.number("rotation_deg", defaults::ROTATION_DEG, "a finite angle in degrees", |_| true)?;
-    let radiance = radiance(&table)?;
-    let source = match kind {
-        "map" => origin.resolve(name).and_then(|path| maps.environment(&path, name)).map(EnvironmentSource::Map),
-        "illuminant" => illuminant(name, origin).map(EnvironmentSource::Uniform),
-        _ => builtin(name),
+fn environment(node: &Node, path: &str, origin: &Origin) -> Result<(Environment, Node), SceneError> {
+    let table = Table::new(node, &schema::ENVIRONMENT, path)?;
+    let (kind, source_node) = table.choice()?;
+    let name = table.text(kind)?;
+    let (rotation_deg, radiance) = (table.number("rotation_deg")?, table.number("radiance")?);
+    let source = match (kind, name) {
+        ("map", _) => map_file(origin, name).map(EnvironmentSource::Map),
+        ("illuminant", _) => illuminant(name, origin).map(EnvironmentSource::Uniform),
+        (_, "studio") => Ok(EnvironmentSource::Studio),
+        _ => Ok(EnvironmentSource::Sky),
     }
     .map_err(|e| e.at(table.path(kind), source_node.line))?;
     let mut entries = vec![(kind, Node::text(name))];
@@ -44,27 +41,6 @@ fn environment(node: &Node, path: &str, origin: &Origin, maps: &mut Maps) -> Res
     }
     entries.push(("radiance", Node::number(radiance)));
     Ok((Environment { source, rotation_deg, radiance }, Node::table(entries)))
-}
-
-/// The radiance that a table of a light or an emitter states.
-pub fn radiance(table: &Table<'_>) -> Result<f64, SceneError> {
-    let is_radiance = |v| (0.0..=MAX_RADIANCE).contains(&v);
-    table.number("radiance", defaults::RADIANCE, "a radiance >= 0, at most 1e12", is_radiance)
-}
-
-/// Environments made by code.
-fn builtin(name: &str) -> Result<EnvironmentSource, SceneError> {
-    match name {
-        "studio" => Ok(EnvironmentSource::Map(studio())),
-        "sky" => {
-            let (map, sun) = sky().map_err(|e| SceneError::new(e.to_string()))?;
-            Ok(EnvironmentSource::Sky(map, sun))
-        }
-        _ => {
-            let near = suggestion(name, &["studio", "sky"]);
-            Err(SceneError::new(format!("no built-in environment {}{near}", quoted(name))))
-        }
-    }
 }
 
 /// An illuminant by name, or a CSV file of the scene's.

@@ -5,9 +5,8 @@ use std::path::Path;
 use iridesce_files::read_whole;
 
 use crate::error::SceneError;
-use crate::files::Maps;
 use crate::model::{Origin, Scene};
-use crate::tree::Node;
+use crate::tree::{Node, Value};
 use crate::validate::build;
 
 /// Largest scene file; a scene is text and names its images.
@@ -46,13 +45,8 @@ impl Scene {
 
     /// Validates a tree.
     pub fn from_node(node: &Node, origin: Origin) -> Result<Scene, SceneError> {
-        Scene::from_node_with(node, origin, Maps::default())
-    }
-
-    /// Validates a tree; maps that are read already are not read again.
-    pub(crate) fn from_node_with(node: &Node, origin: Origin, maps: Maps) -> Result<Scene, SceneError> {
         let file = origin.file.clone();
-        build(node, origin, maps).map_err(|e| e.in_file(file.as_deref()))
+        build(node, origin).map_err(|e| e.in_file(file.as_deref()))
     }
 
     /// The tree with every default filled in: reading it gives the same scene.
@@ -77,6 +71,21 @@ impl Scene {
             }
         }
         names
+    }
+
+    /// The line of a key in the text that the scene was read from; objects by their names.
+    pub(crate) fn line_of(&self, key: &str) -> Option<usize> {
+        let mut node = &self.source;
+        for part in key.split('.') {
+            node = match &node.value {
+                Value::List(items) => {
+                    let named = self.objects.iter().position(|object| object.name == part);
+                    items.get(part.parse().ok().or(named)?)?
+                }
+                _ => node.get(part)?,
+            };
+        }
+        node.line
     }
 
     /// Where it came from.

@@ -3,19 +3,11 @@
 use iridesce_optics::{Complex64, Medium};
 
 use crate::error::SceneError;
-use crate::reader::{Table, as_number};
+use crate::reader::as_number;
 use crate::tree::{Node, Value};
 
 /// Largest n and k: beyond any metal's, and their fourth powers stay within the range of single precision.
 const MAX_INDEX: f64 = 1e3;
-
-/// The medium that a key names, or a default.
-pub fn medium_or(table: &Table<'_>, key: &str, default: &str) -> Result<(Medium, Node), SceneError> {
-    match table.get(key) {
-        Some(node) => medium(node, &table.path(key)),
-        None => medium(&Node::text(default), &table.path(key)),
-    }
-}
 
 /// A medium is a name, a number or `[n, k]`.
 pub fn medium(node: &Node, path: &str) -> Result<(Medium, Node), SceneError> {

@@ -1,7 +1,9 @@
-//! A validated scene: every default filled in, every medium, illuminant and map resolved.
+//! A validated scene, as a recipe: every default filled in, every medium and illuminant found; maps and films that flow
+//! are named and checked, and come with [`crate::resolve`].
 
-use std::sync::Arc;
+use std::path::PathBuf;
 
+use iridesce_flow::FilmRun;
 use iridesce_optics::Medium;
 use iridesce_optics::color::Illuminant;
 pub use iridesce_thickness::ThicknessModel;
@@ -10,7 +12,6 @@ pub use crate::disk::Origin;
 pub use crate::field::ThicknessField;
 pub use iridesce_files::EnvironmentMap;
 
-use crate::files::Maps;
 use crate::tree::Node;
 
 /// What 1.0 means in a scene's coordinates.
@@ -199,7 +200,7 @@ pub struct Film {
     /// What the film is made of.
     pub medium: Medium,
     /// How thick it is.
-    pub thickness: ThicknessField,
+    pub thickness: Thickness,
     /// The medium on both of its sides.
     pub outside: Medium,
 }
@@ -219,7 +220,48 @@ pub struct CoatingLayer {
     /// What it is made of.
     pub medium: Medium,
     /// How thick it is.
-    pub thickness: ThicknessField,
+    pub thickness: Thickness,
+}
+
+/// How thick a layer is: what a scene says of it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Thickness {
+    /// A law of place, laid over the object's shape.
+    Law(ThicknessField),
+    /// The grid in a file.
+    Map {
+        /// The file.
+        file: MapFile,
+        /// What a whole number of 0 means, nm.
+        min_nm: Option<f64>,
+        /// What the largest whole number means, nm.
+        max_nm: Option<f64>,
+    },
+    /// Swirls between two thicknesses.
+    Swirls {
+        /// Least thickness, nm.
+        min_nm: f64,
+        /// Largest thickness, nm.
+        max_nm: f64,
+        /// Another seed, other swirls.
+        seed: u64,
+    },
+    /// A film that has flowed for some time.
+    Flow {
+        /// Which film.
+        film: FilmRun,
+        /// For how long, s.
+        time_s: f64,
+    },
+}
+
+/// A file that a scene names, found but not read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MapFile {
+    /// As the scene writes it.
+    pub name: String,
+    /// Where it is, links followed.
+    pub path: PathBuf,
 }
 
 /// A glowing surface.
@@ -252,12 +294,14 @@ pub struct Environment {
 /// Where an environment's radiance comes from.
 #[derive(Debug, Clone)]
 pub enum EnvironmentSource {
-    /// A latitude-longitude map, read from a file or built in.
-    Map(Arc<EnvironmentMap>),
+    /// A latitude-longitude map in a file.
+    Map(MapFile),
     /// The same in every direction.
     Uniform(Illuminant),
-    /// A map and a sun in front of it.
-    Sky(Arc<EnvironmentMap>, Sun),
+    /// The built-in studio.
+    Studio,
+    /// The built-in sky with its sun.
+    Sky,
 }
 
 /// A disc of light, infinitely far away; turned about +y together with its sky.
@@ -273,7 +317,7 @@ pub struct Sun {
     pub radiance: f64,
 }
 
-/// A validated, resolved scene.
+/// A validated scene: a recipe, which [`crate::resolve`] makes ready to be looked at.
 #[derive(Debug, Clone)]
 pub struct Scene {
     /// What 1.0 means.
@@ -288,8 +332,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// The tree it was read from, with every default filled in.
     pub(crate) tree: Node,
+    /// The tree as it was given, with its lines.
+    pub(crate) source: Node,
     /// Where it came from.
     pub(crate) origin: Origin,
-    /// The maps it has read.
-    pub(crate) maps: Maps,
 }

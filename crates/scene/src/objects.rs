@@ -1,10 +1,10 @@
 //! Objects: their names and shapes.
 
-use crate::context::Context;
-use crate::defaults;
+use crate::context::Reading;
 use crate::error::SceneError;
 use crate::model::{Object, Shape};
-use crate::reader::Table;
+use crate::reader::{Table, wrong};
+use crate::schema;
 use crate::shape::{cross, length, scaled};
 use crate::surfaces::surface;
 use crate::tree::{Node, Value};
@@ -13,41 +13,41 @@ use crate::tree::{Node, Value};
 const PARALLEL: f64 = 1e-6;
 
 /// The object at `number`, and its tree with every default.
-pub fn object(node: &Node, number: usize, context: &mut Context<'_>) -> Result<(Object, Node), SceneError> {
-    // The name first, so that every later complaint can use it.
+pub fn object(node: &Node, number: usize, context: &Reading<'_>) -> Result<(Object, Node), SceneError> {
     let name = match node.get("name") {
-        None => defaults::name(number),
-        Some(Node { value: Value::Text(name), .. }) if is_object_name(name) => name.clone(),
-        Some(given) => {
-            return Err(SceneError::new(format!(
-                "object.{number}.name must be 1 to 100 letters, digits, - and _, got {}",
-                given.describe()
-            ))
-            .at(format!("object.{number}.name"), given.line));
-        }
+        None => default_name(number),
+        Some(Node { value: Value::Text(name), .. }) => name.clone(),
+        Some(given) => return Err(wrong(given, "name", "a text")),
     };
-    let table = Table::new(node, format!("object.{name}"), &["name", "shape", "surface"], &[])?;
-    let (shape, shape_tree) = shape(&default_to(table.get("shape"), "sphere"), &table.path("shape"))?;
-    let (surface, surface_tree) =
-        surface(&default_to(table.get("surface"), "film"), &table.path("surface"), &shape, context)?;
+    let table = Table::new(node, &schema::OBJECT, format!("object.{name}"))?;
+    let (shape, shape_tree) = shape(&table.node("shape")?, &table.path("shape"))?;
+    let (surface, surface_tree) = surface(&table.node("surface")?, &table.path("surface"), &shape, context)?;
     let tree = Node::table([("name", Node::text(&name)), ("shape", shape_tree), ("surface", surface_tree)]);
     Ok((Object { name, shape, surface }, tree))
 }
 
-/// What was given, or a table of the default kind with nothing but defaults.
-fn default_to(given: Option<&Node>, kind: &'static str) -> Node {
-    given.cloned().unwrap_or_else(|| Node::table([(kind, Node::table([]))]))
+/// What the object at `number` (from 0) is called where it has no name.
+fn default_name(number: usize) -> String {
+    if number == 0 { "bubble".to_owned() } else { format!("bubble-{}", number + 1) }
+}
+
+/// What complaints call the object at `number`: its name, or its number where that is no name.
+pub fn name_or_number(node: &Node, number: usize) -> String {
+    match node.get("name").map(|node| &node.value) {
+        None => default_name(number),
+        Some(Value::Text(name)) if is_object_name(name) => name.clone(),
+        Some(_) => number.to_string(),
+    }
 }
 
 /// Names go into dotted paths.
-fn is_object_name(name: &str) -> bool {
+pub fn is_object_name(name: &str) -> bool {
     !name.is_empty() && name.len() <= 100 && name.chars().all(|c| c.is_alphanumeric() || c == '-' || c == '_')
 }
 
 fn shape(node: &Node, path: &str) -> Result<(Shape, Node), SceneError> {
-    const KINDS: [&str; 5] = ["sphere", "rectangle", "disk", "plane", "cap"];
-    let table = Table::new(node, path, &KINDS, &["mesh"])?;
-    let (kind, inner) = table.one_of(&KINDS)?;
+    let table = Table::new(node, &schema::SHAPE, path)?;
+    let (kind, inner) = table.choice()?;
     let read = match kind {
         "sphere" => sphere,
         "rectangle" => rectangle,
@@ -60,18 +60,15 @@ fn shape(node: &Node, path: &str) -> Result<(Shape, Node), SceneError> {
 }
 
 fn sphere(node: &Node, path: String) -> Result<(Shape, Node), SceneError> {
-    let table = Table::new(node, path, &["center", "radius"], &[])?;
-    let center = table.triple("center", defaults::CENTER)?;
-    let radius = table.length("radius", defaults::RADIUS)?;
+    let table = Table::new(node, &schema::SPHERE, path)?;
+    let (center, radius) = (table.triple("center")?, table.number("radius")?);
     let tree = Node::table([("center", Node::numbers(&center)), ("radius", Node::number(radius))]);
     Ok((Shape::Sphere { center, radius }, tree))
 }
 
 fn rectangle(node: &Node, path: String) -> Result<(Shape, Node), SceneError> {
-    let table = Table::new(node, path, &["center", "u", "v"], &[])?;
-    let center = table.triple("center", defaults::CENTER)?;
-    let u = table.vector("u", defaults::HALF_EDGE_U)?;
-    let v = table.vector("v", defaults::HALF_EDGE_V)?;
+    let table = Table::new(node, &schema::RECTANGLE, path)?;
+    let (center, u, v) = (table.triple("center")?, table.triple("u")?, table.triple("v")?);
     if length(cross(scaled(u, 1.0 / length(u)), scaled(v, 1.0 / length(v)))) < PARALLEL {
         let line = table.get("v").or(table.get("u")).and_then(|n| n.line);
         return Err(SceneError::new(format!(
@@ -85,10 +82,8 @@ fn rectangle(node: &Node, path: String) -> Result<(Shape, Node), SceneError> {
 }
 
 fn disk(node: &Node, path: String) -> Result<(Shape, Node), SceneError> {
-    let table = Table::new(node, path, &["center", "normal", "radius"], &[])?;
-    let center = table.triple("center", defaults::CENTER)?;
-    let normal = table.vector("normal", defaults::NORMAL)?;
-    let radius = table.length("radius", defaults::RADIUS)?;
+    let table = Table::new(node, &schema::DISK, path)?;
+    let (center, normal, radius) = (table.triple("center")?, table.triple("normal")?, table.number("radius")?);
     let tree = Node::table([
         ("center", Node::numbers(&center)),
         ("normal", Node::numbers(&normal)),
@@ -98,24 +93,17 @@ fn disk(node: &Node, path: String) -> Result<(Shape, Node), SceneError> {
 }
 
 fn plane(node: &Node, path: String) -> Result<(Shape, Node), SceneError> {
-    let table = Table::new(node, path, &["point", "normal"], &[])?;
-    let point = table.triple("point", defaults::CENTER)?;
-    let normal = table.vector("normal", defaults::PLANE_NORMAL)?;
+    let table = Table::new(node, &schema::PLANE, path)?;
+    let (point, normal) = (table.triple("point")?, table.triple("normal")?);
     let tree = Node::table([("point", Node::numbers(&point)), ("normal", Node::numbers(&normal))]);
     Ok((Shape::Plane { point, normal: unit_vector(normal) }, tree))
 }
 
 fn cap(node: &Node, path: String) -> Result<(Shape, Node), SceneError> {
-    let table = Table::new(node, path, &["center", "axis", "radius_of_curvature", "aperture_radius"], &[])?;
-    let center = table.triple("center", defaults::CENTER)?;
-    let axis = table.vector("axis", defaults::NORMAL)?;
-    let radius_of_curvature = table.number(
-        "radius_of_curvature",
-        defaults::RADIUS_OF_CURVATURE,
-        "a length other than 0, from 1e-9 to 1e9 either way (> 0 bulges towards the axis)",
-        |v| (1e-9..=1e9).contains(&v.abs()),
-    )?;
-    let aperture_radius = table.length("aperture_radius", defaults::RADIUS)?;
+    let table = Table::new(node, &schema::CAP, path)?;
+    let (center, axis) = (table.triple("center")?, table.triple("axis")?);
+    let radius_of_curvature = table.number("radius_of_curvature")?;
+    let aperture_radius = table.number("aperture_radius")?;
     if aperture_radius > radius_of_curvature.abs() {
         return Err(table.wrong(
             "aperture_radius",
@@ -131,7 +119,7 @@ fn cap(node: &Node, path: String) -> Result<(Shape, Node), SceneError> {
     Ok((Shape::Cap { center, axis: unit_vector(axis), radius_of_curvature, aperture_radius }, tree))
 }
 
-/// Its direction at length 1; `Table::vector` refuses what has none.
+/// Its direction at length 1; the check refuses what has none.
 fn unit_vector(v: [f64; 3]) -> [f64; 3] {
     let length = length(v);
     v.map(|x| x / length)

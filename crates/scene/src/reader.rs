@@ -1,15 +1,13 @@
 //! Reading values out of the tree with errors that say where: every reader of a table names the keys it knows.
 
 use crate::error::SceneError;
-use crate::shape::length;
-use crate::tree::{Node, Value, quoted};
+use crate::schema::{Default, Kind};
+use crate::tree::{Node, Value};
 
-/// Largest coordinate, scene units, and one over the smallest length: squares and their products stay within the range
-/// of the renderer's single precision (1e38).
-const MAX_LENGTH: f64 = 1e9;
-
-/// A table of the scene that is being read, with its dotted path.
+/// A table of the scene that is being read, with its dotted path. [`crate::check`] has seen it: what is asked for here by
+/// its key is of its kind and within its range, or is left out.
 pub struct Table<'a> {
+    kind: &'static Kind,
     path: String,
     entries: &'a [(String, Node)],
     line: Option<usize>,
@@ -24,8 +22,8 @@ pub fn listed(names: &[&str]) -> String {
     }
 }
 
-/// `; did you mean "x"?` where a known name is near, else a list of all.
-pub fn suggestion(given: &str, known: &[&str]) -> String {
+/// The known name that is near a given one.
+pub fn nearest<'a>(given: &str, known: &[&'a str]) -> Option<&'a str> {
     // A name that long is near to none, and the distance costs the product of the lengths.
     let candidates = if given.len() > 100 { &[] } else { known };
     // `fov` for `fov_deg`: the unit forgotten.
@@ -35,52 +33,46 @@ pub fn suggestion(given: &str, known: &[&str]) -> String {
         .map(|name| (strsim::damerau_levenshtein(given, name), name))
         .filter(|(distance, name)| *distance <= 1 + name.len().max(given.len()) / 3)
         .min();
-    match longer.or(near.map(|(_, name)| name)) {
+    longer.or(near.map(|(_, name)| name)).copied()
+}
+
+/// `; did you mean "x"?` where a known name is near, else a list of all.
+pub fn suggestion(given: &str, known: &[&str]) -> String {
+    match nearest(given, known) {
         Some(name) => format!("; did you mean \"{name}\"?"),
         None => format!("; known here: {}", listed(known)),
     }
 }
 
+/// The complaint about a value: `camera.fov_deg must be ..., got 200`.
+pub fn wrong(node: &Node, path: &str, allowed: &str) -> SceneError {
+    SceneError::new(format!("{path} must be {allowed}, got {}", node.describe())).at(path, node.line)
+}
+
+/// The complaint about a key that is left out.
+pub fn missing(path: &str, line: Option<usize>, key: &str) -> SceneError {
+    let place = if path.is_empty() { "the scene" } else { path };
+    SceneError::new(format!("{place} needs the key \"{key}\"")).at(join(path, key), line)
+}
+
 impl<'a> Table<'a> {
-    /// The table at `path`, whose keys must be among `known`. Keys in `later` exist in the scene language but not in
-    /// this version.
-    pub fn new(
-        node: &'a Node,
-        path: impl Into<String>,
-        known: &[&str],
-        later: &[&str],
-    ) -> Result<Table<'a>, SceneError> {
+    /// The table of a kind at `path`.
+    pub fn new(node: &'a Node, kind: &'static Kind, path: impl Into<String>) -> Result<Table<'a>, SceneError> {
         let path = path.into();
-        let Value::Table(entries) = &node.value else {
-            let name = if path.is_empty() { "a scene" } else { path.as_str() };
-            return Err(SceneError::new(format!(
-                "{name} must be a table with the keys {}, got {}",
-                listed(known),
-                node.describe()
-            ))
-            .at(&path, node.line));
-        };
-        for (key, value) in entries {
-            if known.contains(&key.as_str()) {
-                continue;
-            }
-            let inside = match place(&path, value.line) {
-                "" => String::new(),
-                place => format!(" in {place}"),
-            };
-            let message = if later.contains(&key.as_str()) {
-                format!("{}{inside} is not available in this version; available: {}", quoted(key), listed(known))
-            } else {
-                format!("unknown key {}{inside}{}", quoted(key), suggestion(key, known))
-            };
-            return Err(SceneError::new(message).at(join(&path, key), value.line));
+        match &node.value {
+            Value::Table(entries) => Ok(Table { kind, path, entries, line: node.line }),
+            _ => Err(no_table(node, kind, &path)),
         }
-        Ok(Table { path, entries, line: node.line })
     }
 
     /// The dotted path of one of its keys.
     pub fn path(&self, key: &str) -> String {
         join(&self.path, key)
+    }
+
+    /// The line of one of its keys, or its own.
+    pub fn line(&self, key: &str) -> Option<usize> {
+        self.get(key).and_then(|node| node.line).or(self.line)
     }
 
     /// A value, if it is there.
@@ -90,126 +82,98 @@ impl<'a> Table<'a> {
 
     /// A value that must be there.
     pub fn need(&self, key: &str) -> Result<&'a Node, SceneError> {
-        self.get(key).ok_or_else(|| {
-            let place = if self.path.is_empty() { "the scene".to_owned() } else { self.path.clone() };
-            SceneError::new(format!("{place} needs the key \"{key}\"")).at(self.path(key), self.line)
-        })
+        self.get(key).ok_or_else(|| missing(&self.path, self.line, key))
     }
 
-    /// Exactly one of these keys.
-    pub fn one_of(&self, keys: &[&'static str]) -> Result<(&'static str, &'a Node), SceneError> {
-        let given: Vec<(&'static str, &'a Node)> =
-            keys.iter().filter_map(|key| self.get(key).map(|node| (*key, node))).collect();
-        match given.as_slice() {
-            [one] => Ok(*one),
-            [] => {
-                let needs =
-                    if let [only] = keys { format!("the key \"{only}\"") } else { format!("one of {}", listed(keys)) };
-                Err(SceneError::new(format!("{} needs {needs}", self.path)).at(&self.path, self.line))
-            }
-            [(first, _), (second, node), ..] => Err(SceneError::new(format!(
-                "{} takes one of {}, got both {first} and {second}",
-                self.path,
-                listed(keys)
-            ))
-            .at(self.path(second), node.line)),
-        }
+    /// The one of its alternatives that is there.
+    pub fn choice(&self) -> Result<(&'static str, &'a Node), SceneError> {
+        let choices = self.kind.choices();
+        let found = choices.iter().find_map(|key| self.get(key).map(|node| (*key, node)));
+        found.ok_or_else(|| missing(&self.path, self.line, &listed(&choices)))
     }
 
-    /// A complaint about one of its keys: `camera.fov_deg must be ..., got 200`.
+    /// A complaint about one of its keys.
     pub fn wrong(&self, key: &str, allowed: &str) -> SceneError {
-        let node = self.get(key);
-        let given = node.map_or("nothing".to_owned(), Node::describe);
-        SceneError::new(format!("{} must be {allowed}, got {given}", self.path(key)))
-            .at(self.path(key), node.and_then(|n| n.line).or(self.line))
+        let given = self.get(key).map_or("nothing".to_owned(), Node::describe);
+        SceneError::new(format!("{} must be {allowed}, got {given}", self.path(key))).at(self.path(key), self.line(key))
     }
 
-    /// A finite number in a range (which `allowed` puts into words), or its default.
-    pub fn number(
-        &self,
-        key: &str,
-        default: f64,
-        allowed: &str,
-        check: impl Fn(f64) -> bool,
-    ) -> Result<f64, SceneError> {
-        if self.get(key).is_some() { self.needed_number(key, allowed, check) } else { Ok(default) }
+    fn default(&self, key: &str) -> Default {
+        self.kind.key(key).map_or(Default::Needed, |key| key.default)
     }
 
-    /// A finite number in a range that must be there.
-    pub fn needed_number(&self, key: &str, allowed: &str, check: impl Fn(f64) -> bool) -> Result<f64, SceneError> {
-        match as_number(self.need(key)?) {
-            Some(value) if value.is_finite() && check(value) => Ok(value),
-            _ => Err(self.wrong(key, allowed)),
+    /// A finite number, or its default.
+    pub fn number(&self, key: &str) -> Result<f64, SceneError> {
+        match (self.get(key).map(as_number), self.default(key)) {
+            (Some(Some(value)), _) | (None, Default::Number(value)) => Ok(value),
+            (Some(None), _) => Err(self.wrong(key, "a number")),
+            (None, _) => Err(missing(&self.path, self.line, key)),
         }
     }
 
-    /// A length in scene units that single precision can square, or its default.
-    pub fn length(&self, key: &str, default: f64) -> Result<f64, SceneError> {
-        self.number(key, default, "a length > 0, from 1e-9 to 1e9", |v| (1.0 / MAX_LENGTH..=MAX_LENGTH).contains(&v))
+    /// A finite number, if it is there.
+    pub fn number_if_given(&self, key: &str) -> Result<Option<f64>, SceneError> {
+        self.get(key).map(|_| self.number(key)).transpose()
     }
 
-    /// A whole number in a range, or its default.
-    pub fn whole(&self, key: &str, default: u64, from: u64, to: u64) -> Result<u64, SceneError> {
-        let Some(node) = self.get(key) else { return Ok(default) };
-        let value = match node.value {
-            Value::Int(i) => u64::try_from(i).ok(),
-            Value::Float(f) if f.fract() == 0.0 && (0.0..1.8e19).contains(&f) => Some(f as u64),
-            _ => None,
-        };
-        value
-            .filter(|v| (from..=to).contains(v))
-            .ok_or_else(|| self.wrong(key, &format!("a whole number from {from} to {to}")))
+    /// A whole number, or its default.
+    pub fn whole(&self, key: &str) -> Result<u64, SceneError> {
+        match (self.get(key).map(as_whole), self.default(key)) {
+            (Some(Some(value)), _) | (None, Default::Whole(value)) => Ok(value),
+            (Some(None), _) => Err(self.wrong(key, "a whole number")),
+            (None, _) => Err(missing(&self.path, self.line, key)),
+        }
     }
 
     /// Three coordinates, or their default.
-    pub fn triple(&self, key: &str, default: [f64; 3]) -> Result<[f64; 3], SceneError> {
-        let Some(node) = self.get(key) else { return Ok(default) };
-        let numbers: Option<Vec<f64>> = match &node.value {
-            Value::List(items) if items.len() == 3 => items.iter().map(as_number).collect(),
-            _ => None,
-        };
-        match numbers.as_deref() {
-            Some(&[x, y, z]) if [x, y, z].iter().all(|v| v.abs() <= MAX_LENGTH) => Ok([x, y, z]),
-            _ => Err(self.wrong(key, "three finite numbers, at most 1e9 either way")),
+    pub fn triple(&self, key: &str) -> Result<[f64; 3], SceneError> {
+        match (self.get(key).map(as_triple), self.default(key)) {
+            (Some(Some(value)), _) | (None, Default::Triple(value)) => Ok(value),
+            (Some(None), _) => Err(self.wrong(key, "three numbers")),
+            (None, _) => Err(missing(&self.path, self.line, key)),
         }
     }
 
-    /// Three coordinates with a direction, or their default.
-    pub fn vector(&self, key: &str, default: [f64; 3]) -> Result<[f64; 3], SceneError> {
-        let vector = self.triple(key, default)?;
-        if (1.0 / MAX_LENGTH..=2.0 * MAX_LENGTH).contains(&length(vector)) {
-            return Ok(vector);
+    /// A text, or its default.
+    pub fn text(&self, key: &str) -> Result<&'a str, SceneError> {
+        match (self.get(key).map(|node| &node.value), self.default(key)) {
+            (Some(Value::Text(text)), _) => Ok(text),
+            (Some(_), _) => Err(self.wrong(key, "a text")),
+            (None, Default::Text(text)) => Ok(text),
+            (None, _) => Err(missing(&self.path, self.line, key)),
         }
-        Err(self.wrong(key, "a vector of a length > 0, from 1e-9 to 1e9"))
     }
 
-    /// A text, if it is there.
-    pub fn text(&self, key: &str) -> Result<Option<&'a str>, SceneError> {
+    /// A value of any kind, or its default as a value: a number, a text, or a table of one kind with its own defaults.
+    pub fn node(&self, key: &str) -> Result<Node, SceneError> {
+        match (self.get(key), self.default(key)) {
+            (Some(node), _) => Ok(node.clone()),
+            (None, Default::Number(value)) => Ok(Node::number(value)),
+            (None, Default::Text(text)) => Ok(Node::text(text)),
+            (None, Default::Table(kind)) => Ok(Node::table([(kind, Node::table([]))])),
+            (None, _) => Err(missing(&self.path, self.line, key)),
+        }
+    }
+
+    /// A list, empty where it is left out.
+    pub fn list(&self, key: &str) -> &'a [Node] {
         match self.get(key).map(|node| &node.value) {
-            None => Ok(None),
-            Some(Value::Text(text)) => Ok(Some(text)),
-            Some(_) => Err(self.wrong(key, "a text")),
-        }
-    }
-
-    /// A text that must be there.
-    pub fn needed_text(&self, key: &str) -> Result<&'a str, SceneError> {
-        self.need(key)?;
-        Ok(self.text(key)?.unwrap_or_default())
-    }
-
-    /// A list of tables with at least one entry.
-    pub fn list(&self, key: &str) -> Result<&'a [Node], SceneError> {
-        match &self.need(key)?.value {
-            Value::List(items) if !items.is_empty() => Ok(items),
-            Value::List(_) => Err(self.wrong(key, "at least one table")),
-            _ => Err(self.wrong(key, &format!("a list of tables (write [[{key}]])"))),
+            Some(Value::List(items)) => items,
+            _ => &[],
         }
     }
 }
 
+/// What is no table where one is to be.
+pub fn no_table(node: &Node, kind: &Kind, path: &str) -> SceneError {
+    let name = if path.is_empty() { "a scene" } else { path };
+    let keys = if kind.alternatives.is_empty() || kind.is_optional { kind.names() } else { kind.choices() };
+    SceneError::new(format!("{name} must be a table with the keys {}, got {}", listed(&keys), node.describe()))
+        .at(path, node.line)
+}
+
 /// Where a key stands, for a message: with a line beside it, the path inside the object says enough.
-fn place(path: &str, line: Option<usize>) -> &str {
+pub fn place(path: &str, line: Option<usize>) -> &str {
     let inside = path.strip_prefix("object.").and_then(|rest| rest.split_once('.')).map(|(_name, inside)| inside);
     inside.filter(|_| line.is_some()).unwrap_or(path)
 }
@@ -226,4 +190,26 @@ pub fn as_number(node: &Node) -> Option<f64> {
         Value::Float(f) => Some(f),
         _ => None,
     }
+}
+
+/// A whole number of 64 bits, of either kind.
+pub fn as_whole(node: &Node) -> Option<u64> {
+    match node.value {
+        Value::Int(i) => u64::try_from(i).ok(),
+        Value::Float(f) if f.fract() == 0.0 && (0.0..1.8e19).contains(&f) => Some(f as u64),
+        _ => None,
+    }
+}
+
+/// Numbers of a list.
+pub fn as_numbers(node: &Node) -> Option<Vec<f64>> {
+    match &node.value {
+        Value::List(items) => items.iter().map(as_number).collect(),
+        _ => None,
+    }
+}
+
+/// Three numbers.
+pub fn as_triple(node: &Node) -> Option<[f64; 3]> {
+    as_numbers(node)?.try_into().ok()
 }

@@ -1,73 +1,87 @@
 //! Thicknesses: a number or a model.
 
-use iridesce_flow::{FlowError, MOST_SECONDS};
+use iridesce_flow::FilmRun;
 use iridesce_thickness::{ThicknessError, ThicknessModel};
 
-use crate::context::Context;
-use crate::defaults;
+use crate::context::Reading;
 use crate::error::SceneError;
+use crate::field::ThicknessField;
+use crate::files::map_file;
+use crate::model::{Shape, Thickness};
 use crate::reader::{Table, as_number};
+use crate::schema::{self, MAX_THICKNESS_NM};
 use crate::tree::{Node, Value};
 
-/// Thickest film: 1 cm. Its phase has 10^5 turns, of which single precision still tells hundredths apart.
-pub const MAX_THICKNESS_NM: f64 = 1e7;
-const THICKNESS: &str = "a thickness in nm, from 0 to 1e7";
+/// Thickness of a film that states none: a linear gradient, nm.
+const TOP_NM: f64 = 0.0;
+const BOTTOM_NM: f64 = 800.0;
 
-fn is_thickness(v: f64) -> bool {
-    (0.0..=MAX_THICKNESS_NM).contains(&v)
-}
-
-/// A thickness model, and its tree with every default.
+/// How thick a layer on this shape is, and its tree with every default. Laws are laid over the shape; no map is read and
+/// nothing flows.
 pub fn thickness(
     given: Option<&Node>,
     path: &str,
-    context: &mut Context<'_>,
-) -> Result<(ThicknessModel, Node), SceneError> {
+    shape: &Shape,
+    context: &Reading<'_>,
+) -> Result<(Thickness, Node), SceneError> {
     let default = || {
-        let ends = [("top", Node::number(defaults::TOP_NM)), ("bottom", Node::number(defaults::BOTTOM_NM))];
+        let ends = [("top", Node::number(TOP_NM)), ("bottom", Node::number(BOTTOM_NM))];
         Node::table([("gradient", Node::table(ends))])
     };
     let node = &given.cloned().unwrap_or_else(default);
     let wrong = |why: String| SceneError::new(format!("{path} {why}")).at(path, node.line);
-    if let Some(thickness_nm) = as_number(node) {
-        if !is_thickness(thickness_nm) {
-            return Err(wrong(format!("must be {THICKNESS}, got {}", node.describe())));
+    let laid = |model: ThicknessModel| {
+        let field = ThicknessField::new(model, shape, context.unit).map_err(wrong)?;
+        if field.max_nm() > MAX_THICKNESS_NM {
+            return Err(wrong(too_thick(field.max_nm())));
         }
+        Ok(Thickness::Law(field))
+    };
+    if let Some(thickness_nm) = as_number(node) {
         let model = ThicknessModel::uniform(thickness_nm).map_err(|e| wrong(e.message))?;
-        return Ok((model, Node::number(thickness_nm)));
+        return Ok((laid(model)?, Node::number(thickness_nm)));
     }
-    if !matches!(node.value, Value::Table(_)) {
-        return Err(wrong(format!("must be a number or a thickness model, got {}", node.describe())));
-    }
-    const KINDS: [&str; 6] = ["gradient", "wedge", "lens_gap", "map", "swirls", "flow"];
-    // The range of a map stands beside it.
-    let keys = ["gradient", "wedge", "lens_gap", "map", "swirls", "flow", "min_nm", "max_nm"];
-    let table = Table::new(node, path, &keys, &[])?;
-    let (kind, inner) = table.one_of(&KINDS)?;
+    let table = Table::new(node, &schema::THICKNESS_MODEL, path)?;
+    let (kind, inner) = table.choice()?;
     if kind == "map" {
         return map(&table, context);
     }
-    if let Some(key) = ["min_nm", "max_nm"].into_iter().find(|key| table.get(key).is_some()) {
-        let line = table.get(key).and_then(|n| n.line);
-        return Err(SceneError::new(format!("{} goes with a map, not with a {kind}", table.path(key)))
-            .at(table.path(key), line));
-    }
-    let path = table.path(kind);
-    let (model, tree) = match kind {
-        "gradient" => gradient(inner, path)?,
-        "wedge" => wedge(inner, path)?,
-        "swirls" => swirls(inner, path)?,
-        "flow" => flow(inner, path)?,
-        _ => lens_gap(inner, path)?,
+    let inside = table.path(kind);
+    let (thickness, tree) = match kind {
+        "swirls" => swirls(inner, inside)?,
+        "flow" => flow(inner, inside)?,
+        _ => {
+            let law = match kind {
+                "gradient" => gradient,
+                "wedge" => wedge,
+                _ => lens_gap,
+            };
+            let (model, tree) = law(inner, inside)?;
+            (laid(model)?, tree)
+        }
     };
-    Ok((model, Node::table([(kind, tree)])))
+    Ok((thickness, Node::table([(kind, tree)])))
+}
+
+/// What is wrong with a thickness that a scene may not have somewhere on a shape.
+pub fn too_thick(max_nm: f64) -> String {
+    format!("must be a thickness in nm, at most 1e7 all over the shape, got {max_nm:?}")
+}
+
+/// The largest thickness that can be told without reading a map or letting a film flow, nm.
+pub fn most_nm(thickness: &Thickness) -> f64 {
+    match thickness {
+        Thickness::Law(field) => field.max_nm(),
+        Thickness::Swirls { min_nm, max_nm, .. } => min_nm.max(*max_nm),
+        Thickness::Map { .. } | Thickness::Flow { .. } => 0.0,
+    }
 }
 
 fn gradient(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneError> {
-    let table = Table::new(node, path, &["top", "bottom", "exponent"], &[])?;
-    let top = table.needed_number("top", THICKNESS, is_thickness)?;
-    let bottom = table.needed_number("bottom", THICKNESS, is_thickness)?;
-    let exponent = table.number("exponent", defaults::EXPONENT, "an exponent > 0", |v| v > 0.0)?;
+    let table = Table::new(node, &schema::GRADIENT, path)?;
+    let top = table.number("top")?;
+    let bottom = table.number("bottom")?;
+    let exponent = table.number("exponent")?;
     let model = ThicknessModel::gradient(top, bottom, exponent).map_err(|e| at_key(&table, node, e))?;
     let tree = Node::table([
         ("top", Node::number(top)),
@@ -78,13 +92,11 @@ fn gradient(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneEr
 }
 
 fn wedge(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneError> {
-    let table = Table::new(node, path, &["from", "to", "start_nm", "end_nm"], &[])?;
-    table.need("from")?;
-    table.need("to")?;
-    let from = table.triple("from", [0.0; 3])?;
-    let to = table.triple("to", [0.0; 3])?;
-    let start_nm = table.needed_number("start_nm", THICKNESS, is_thickness)?;
-    let end_nm = table.needed_number("end_nm", THICKNESS, is_thickness)?;
+    let table = Table::new(node, &schema::WEDGE, path)?;
+    let from = table.triple("from")?;
+    let to = table.triple("to")?;
+    let start_nm = table.number("start_nm")?;
+    let end_nm = table.number("end_nm")?;
     let model = ThicknessModel::wedge(from, to, start_nm, end_nm).map_err(|e| at_key(&table, node, e))?;
     let tree = Node::table([
         ("from", Node::numbers(&from)),
@@ -96,70 +108,62 @@ fn wedge(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneError
 }
 
 fn lens_gap(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneError> {
-    let table = Table::new(node, path, &["radius_mm", "contact_gap_nm"], &[])?;
-    let is_radius = |v: f64| (1e-9..=1e12).contains(&v);
-    let radius_mm = table.needed_number("radius_mm", "a radius in mm > 0, from 1e-9 to 1e12", is_radius)?;
-    let contact_gap_nm = table.number("contact_gap_nm", defaults::CONTACT_GAP_NM, THICKNESS, is_thickness)?;
+    let table = Table::new(node, &schema::LENS_GAP, path)?;
+    let radius_mm = table.number("radius_mm")?;
+    let contact_gap_nm = table.number("contact_gap_nm")?;
     let model = ThicknessModel::lens_gap(radius_mm, contact_gap_nm).map_err(|e| at_key(&table, node, e))?;
     let tree = Node::table([("radius_mm", Node::number(radius_mm)), ("contact_gap_nm", Node::number(contact_gap_nm))]);
     Ok((model, tree))
 }
 
-fn swirls(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneError> {
-    let table = Table::new(node, path, &["min_nm", "max_nm", "seed"], &[])?;
-    let min_nm = table.needed_number("min_nm", THICKNESS, is_thickness)?;
-    let max_nm = table.needed_number("max_nm", THICKNESS, is_thickness)?;
-    let seed = table.whole("seed", defaults::SWIRLS_SEED, 0, u64::MAX)?;
-    let map = iridesce_thickness::swirls(min_nm, max_nm, seed).map_err(|e| at_key(&table, node, e))?;
+fn swirls(node: &Node, path: String) -> Result<(Thickness, Node), SceneError> {
+    let table = Table::new(node, &schema::SWIRLS, path)?;
+    let min_nm = table.number("min_nm")?;
+    let max_nm = table.number("max_nm")?;
+    let seed = table.whole("seed")?;
     let tree = Node::table([
         ("min_nm", Node::number(min_nm)),
         ("max_nm", Node::number(max_nm)),
         ("seed", Value::Int(seed.into()).into()),
     ]);
-    Ok((ThicknessModel::Map(map), tree))
+    Ok((Thickness::Swirls { min_nm, max_nm, seed }, tree))
 }
 
-/// A film that has flowed for some seconds; the run is made here.
-fn flow(node: &Node, path: String) -> Result<(ThicknessModel, Node), SceneError> {
-    let table = Table::new(node, path, &["preset", "time_s", "seed", "columns"], &[])?;
-    let preset = table.needed_text("preset")?;
-    let rule = format!("a time in s, from 0 to {MOST_SECONDS}");
-    let time_s = table.needed_number("time_s", &rule, |v| (0.0..=MOST_SECONDS).contains(&v))?;
-    let seed = table.whole("seed", defaults::FLOW_SEED, 0, u64::MAX)?;
+/// A film that has flowed for some seconds.
+fn flow(node: &Node, path: String) -> Result<(Thickness, Node), SceneError> {
+    let table = Table::new(node, &schema::FLOW, path)?;
+    let preset = table.text("preset")?;
+    let time_s = table.number("time_s")?;
+    let seed = table.whole("seed")?;
     let columns = match table.get("columns") {
         None => None,
-        Some(_) => Some(table.whole("columns", 0, 16, 16384)? as usize),
+        Some(_) => Some(table.whole("columns")? as usize),
     };
-    let field = crate::films::field(preset, time_s, seed, columns).map_err(|e| match e {
-        FlowError::Parameter(e) => at_key(&table, node, e),
-        other => SceneError::new(other.to_string()).at(table.path("preset"), node.line),
-    })?;
+    let film = FilmRun::new(preset, seed, columns).map_err(|e| at_key(&table, node, e))?;
     let tree = Node::table([
         ("preset", Node::text(preset)),
         ("time_s", Node::number(time_s)),
         ("seed", Value::Int(seed.into()).into()),
-        ("columns", Value::Int(field.map().width() as i128).into()),
+        ("columns", Value::Int(film.parameters().columns as i128).into()),
     ]);
-    Ok((ThicknessModel::Flow(field), tree))
+    Ok((Thickness::Flow { film, time_s }, tree))
 }
 
 /// A map and its range.
-fn map(table: &Table<'_>, context: &mut Context<'_>) -> Result<(ThicknessModel, Node), SceneError> {
-    let name = table.needed_text("map")?;
-    // The cheap checks first: a map can take seconds to read.
-    let end = |key| match table.get(key) {
-        None => Ok(None),
-        Some(_) => table.needed_number(key, THICKNESS, is_thickness).map(Some),
-    };
-    let (min_nm, max_nm) = (end("min_nm")?, end("max_nm")?);
+fn map(table: &Table<'_>, context: &Reading<'_>) -> Result<(Thickness, Node), SceneError> {
+    let name = table.text("map")?;
+    let (min_nm, max_nm) = (table.number_if_given("min_nm")?, table.number_if_given("max_nm")?);
+    if let (Some(least), Some(most)) = (min_nm, max_nm)
+        && most < least
+    {
+        return Err(table.wrong("max_nm", &format!("at least min_nm = {least:?}")));
+    }
     let node = table.need("map")?;
-    let grid = context.origin.resolve(name).and_then(|path| context.maps.thickness(&path, name));
-    let grid = grid.map_err(|e| e.at(table.path("map"), node.line))?;
-    let map = grid.in_range(min_nm, max_nm).map_err(|e| at_key(table, node, e))?;
+    let file = map_file(context.origin, name).map_err(|e| e.at(table.path("map"), node.line))?;
     let mut entries = vec![("map", Node::text(name))];
     entries.extend(min_nm.map(|v| ("min_nm", Node::number(v))));
     entries.extend(max_nm.map(|v| ("max_nm", Node::number(v))));
-    Ok((ThicknessModel::Map(map), Node::table(entries)))
+    Ok((Thickness::Map { file, min_nm, max_nm }, Node::table(entries)))
 }
 
 /// What the model itself does not allow, at its key.

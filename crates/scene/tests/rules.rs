@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use iridesce_numerics::Watch;
 use iridesce_scene::{
-    EnvironmentSource, Light, Node, Origin, Projection, Scene, SceneError, Shape, Surface, Unit, Value, builtin_text,
+    Context, EnvironmentSource, Light, Node, Origin, Projection, ResolvedSource, Scene, SceneError, Shape, Surface,
+    Thickness, Unit, Value, builtin_text, resolve,
 };
 use iridesce_thickness::ThicknessModel;
 
@@ -11,6 +13,11 @@ const LEAST: &str = "version = 1\n[camera]\n[[object]]\n[[light]]\nenvironment =
 
 fn read(text: &str) -> Result<Scene, SceneError> {
     Scene::from_toml(text, Origin::default())
+}
+
+fn law(thickness: &Thickness) -> &ThicknessModel {
+    let Thickness::Law(field) = thickness else { panic!("{thickness:?}") };
+    field.model()
 }
 
 fn least() -> Scene {
@@ -37,7 +44,7 @@ fn what_is_left_out_has_the_stated_default() {
     assert_eq!(scene.objects[0].shape, Shape::Sphere { center: [0.0; 3], radius: 4.0 });
     let Surface::Film(film) = &scene.objects[0].surface else { panic!("no film") };
     assert_eq!((film.medium.name(), film.outside.name()), ("soap", "air"));
-    assert_eq!(*film.thickness.model(), ThicknessModel::gradient(0.0, 800.0, 1.0).unwrap());
+    assert_eq!(law(&film.thickness), &ThicknessModel::gradient(0.0, 800.0, 1.0).unwrap());
     let Light::Environment(light) = &scene.lights[0];
     assert_eq!((light.rotation_deg, light.radiance), (0.0, 1.0));
     let two = read(&LEAST.replace("[[light]]", "[[object]]\n[[light]]")).unwrap();
@@ -168,7 +175,7 @@ fn values_are_set_by_path() {
     let scene = Scene::builtin("soap-bubble").unwrap();
     let scene = scene.with_value("object.bubble.surface.film.thickness_nm", number(400.0)).unwrap();
     let Surface::Film(film) = &scene.objects[0].surface else { panic!("no film") };
-    assert_eq!(*film.thickness.model(), ThicknessModel::Uniform { thickness_nm: 400.0 });
+    assert_eq!(law(&film.thickness), &ThicknessModel::Uniform { thickness_nm: 400.0 });
     let scene = scene.with_value("object.0.shape.sphere.center.1", number(2.5)).unwrap();
     assert_eq!(scene.objects[0].shape, Shape::Sphere { center: [0.0, 2.5, 0.0], radius: 4.0 });
     let scene = scene.with_value("render", Node::table([("samples", number(2.0))])).unwrap();
@@ -183,7 +190,7 @@ fn setting_one_of_several_keys_removes_the_others() {
     assert!(scene.tree().get("camera").unwrap().get("fov_deg").is_none());
     let scene = scene.with_value("light.0.environment.builtin", Node::text("studio")).unwrap();
     let Light::Environment(light) = &scene.lights[0];
-    assert!(matches!(light.source, EnvironmentSource::Map(_)));
+    assert!(matches!(light.source, EnvironmentSource::Studio));
     let scene = scene.with_value("light.0.environment.illuminant", Node::text("A")).unwrap();
     let Light::Environment(light) = &scene.lights[0];
     assert!(matches!(light.source, EnvironmentSource::Uniform(_)));
@@ -308,16 +315,21 @@ fn maps_are_read_once() {
     let root = folder();
     let inside = root.path().join("scene");
     let scene = with_map(&inside, "a.exr", false).unwrap();
+    let context = Context::default();
+    let map = |scene: &Scene, watch: &Watch| {
+        let resolved = resolve(scene, &context, watch).unwrap();
+        let ResolvedSource::Map(map) = &resolved.environments[0].source else { panic!("no map") };
+        map.clone()
+    };
+    let watch = Watch::new();
+    let before = map(&scene, &watch);
+    assert_eq!((watch.progress().stage, watch.progress().done), ("reading", 1));
     std::fs::remove_file(inside.join("a.exr")).unwrap();
     std::fs::copy(inside.join("maps/b.exr"), inside.join("a.exr")).unwrap();
     let changed = scene.with_value("light.0.environment.radiance", number(2.0)).unwrap();
-    let map = |scene: &Scene| match &scene.lights[0] {
-        Light::Environment(light) => match &light.source {
-            EnvironmentSource::Map(map) => map.clone(),
-            other => panic!("{other:?}"),
-        },
-    };
-    assert!(std::sync::Arc::ptr_eq(&map(&scene), &map(&changed)));
+    assert!(std::sync::Arc::ptr_eq(&before, &map(&changed, &Watch::new())));
+    watch.stop();
+    assert_eq!(resolve(&scene, &Context::default(), &watch).unwrap_err().to_string(), "stopped");
 }
 
 #[test]

@@ -3,8 +3,10 @@
 
 use std::path::Path;
 
+use iridesce_numerics::Watch;
 use iridesce_scene::{
-    EnvironmentSource, Light, Node, Origin, Scene, SceneError, Shape, Surface, ThicknessField, Value,
+    Context, EnvironmentSource, Light, Node, Origin, ResolvedSource, Scene, SceneError, Shape, Surface, Thickness,
+    ThicknessField, Value, resolve,
 };
 
 const LEAST: &str = "version = 1\n[camera]\n[[object]]\n[[light]]\nenvironment = { illuminant = \"D65\" }\n";
@@ -26,13 +28,13 @@ fn surface(inside: &str) -> Result<Surface, SceneError> {
     object(&format!("surface = {inside}")).map(|scene| scene.objects[0].surface.clone())
 }
 
-/// The thickness of the only film.
-fn field(scene: &Scene) -> &ThicknessField {
-    match &scene.objects[0].surface {
-        Surface::Film(film) => &film.thickness,
-        Surface::Coating(coating) => &coating.layers[0].thickness,
-        other => panic!("{other:?}"),
-    }
+/// The thickness of the first object's first layer.
+fn field(scene: &Scene) -> ThicknessField {
+    field_in(&Context::default(), scene)
+}
+
+fn field_in(context: &Context, scene: &Scene) -> ThicknessField {
+    resolve(scene, context, &Watch::new()).unwrap().layers(0)[0].clone()
 }
 
 #[test]
@@ -85,7 +87,8 @@ fn coatings_are_read_from_outside_inwards() {
     let Surface::Coating(coating) = surface(text).unwrap() else { panic!() };
     let names: Vec<&str> = coating.layers.iter().map(|layer| layer.medium.name()).collect();
     assert_eq!((names[0], coating.substrate.name()), ("MgF2", "1.52"));
-    assert_eq!(coating.layers[1].thickness.max_nm(), 60.0);
+    let Thickness::Law(field) = &coating.layers[1].thickness else { panic!("no law") };
+    assert_eq!(field.max_nm(), 60.0);
     let media = surface(text).unwrap().media().len();
     assert_eq!(media, 3);
     let many = |count: usize| {
@@ -141,7 +144,9 @@ fn a_lens_has_an_aperture_and_a_focus() {
 fn the_sky_is_a_map_and_a_sun() {
     let scene = read(&LEAST.replace("illuminant = \"D65\"", "builtin = \"sky\", rotation_deg = 30")).unwrap();
     let Light::Environment(light) = &scene.lights[0];
-    let EnvironmentSource::Sky(map, sun) = &light.source else { panic!("{light:?}") };
+    assert!(matches!(light.source, EnvironmentSource::Sky));
+    let resolved = resolve(&scene, &Context::default(), &Watch::new()).unwrap();
+    let ResolvedSource::Sky(map, sun) = &resolved.environments[0].source else { panic!("no sky") };
     assert_eq!((map.width, map.height, light.rotation_deg), (1024, 512, 30.0));
     assert_eq!((sun.angular_radius_deg, sun.illuminant.name()), (0.266, "daylight:5500"));
 }
@@ -260,10 +265,12 @@ fn a_map_is_read_once_and_its_range_can_change() {
         "[[object]]\nsurface = { film = { thickness_nm = { map = \"steps.png\", min_nm = 0, max_nm = 100 } } }";
     let origin = Origin { file: None, folder: Some(root.path().to_path_buf()), allow_outside: false };
     let scene = Scene::from_toml(&LEAST.replace("[[object]]", object), origin).unwrap();
+    let context = Context::default();
+    assert_eq!(field_in(&context, &scene).max_nm(), 100.0);
     std::fs::write(&file, b"no longer a picture").unwrap();
     let path = "object.bubble.surface.film.thickness_nm.max_nm";
     let wider = scene.with_value(path, Node::number(300.0)).unwrap();
-    assert_eq!((field(&scene).max_nm(), field(&wider).max_nm()), (100.0, 300.0));
+    assert_eq!(field_in(&context, &wider).max_nm(), 300.0);
     let unread = scene.with_value("object.bubble.surface.film.thickness_nm.map", Node::text("other.png"));
     assert!(unread.unwrap_err().message.contains("no such file"));
 }

@@ -1,5 +1,6 @@
 //! Colours, spectra and the tables behind them.
 
+use iridesce_numerics::Watch;
 use iridesce_optics::color::{
     Adaptation, ColorRequest, ColorTable, ColorTableRequest, FIRST_NM, Illuminant, LAST_NM, Model, Observer, Quantity,
     Space, StackColor, ciede2000,
@@ -152,7 +153,7 @@ pub fn table(face: &mut Face) -> Result<(), String> {
     let (range_nm, range_deg) = ([from_nm, to_nm], [from_deg, to_deg]);
     let asked = ColorTableRequest { color, thickness_nm, layer: layer as usize, range_nm, range_deg, tolerance };
     // Nobody else runs here: what takes too long is stopped by ending the worker.
-    let table = ColorTable::build(asked, &|_, _| false).map_err(words)?;
+    let table = ColorTable::build(asked, &Watch::new()).map_err(words)?;
     let shape = table.shape();
     let first = table.reduced_nm(0);
     let rows = shape.rows;

@@ -43,15 +43,20 @@ def exposure_in_stops(text: str) -> float | str:
 
 def assignment(text: str) -> tuple[str, Any]:
     """``KEY=VALUE``, the value written as in a scene file; what is no TOML value is taken as a string."""
-    import tomllib
+    from iridesce.files.trees import NotATree, from_toml
 
     key, equals, value = text.partition("=")
-    if not equals or not key.strip():
-        raise typer.BadParameter(f"wanted KEY=VALUE, got {text!r}", param_hint="--set")
+    key = key.strip()
+    if not equals or not key:
+        raise typer.BadParameter(f"wanted KEY=VALUE, got {text!r:.80}", param_hint="--set")
     try:
-        return key.strip(), tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        return key.strip(), value.strip()
+        tree = from_toml(f"value = {value}", f"--set {key}")
+    except NotATree:
+        return key, value.strip()
+    if len(tree) > 1:
+        # A second line would be another key, and would be dropped.
+        raise typer.BadParameter(f"wanted one KEY=VALUE, got more after the value of {key}", param_hint="--set")
+    return key, tree["value"]
 
 
 def wavelength_grid(start: float, stop: float, step: float) -> Any:
@@ -87,15 +92,14 @@ def pair(text: str, option: str, unit: str) -> tuple[float, float]:
 def load_scene(scene: str, allow_outside: bool) -> Scene:
     from iridesce.scene import Scene
 
-    with reading(), flowing():
+    with reading():
         return Scene.load(scene, allow_outside=allow_outside)
 
 
 def changed_scene(scene: Scene, changes: list[tuple[str, Any]]) -> Scene:
     """The scene with what --set says."""
-    with flowing():
-        for key, value in changes:
-            scene = scene.with_value(key, value)
+    for key, value in changes:
+        scene = scene.with_value(key, value)
     return scene
 
 
@@ -111,20 +115,6 @@ def thickness_range(text: str | None) -> tuple[float, float] | None:
     except ValueError:
         message = f"wanted two thicknesses in nm, as in 0:1200, got {text!r}"
         raise typer.BadParameter(message, param_hint="--vary") from None
-
-
-@contextlib.contextmanager
-def flowing() -> Iterator[None]:
-    """A bar for films that flow while a scene is read; none where nothing flows."""
-    from iridesce import _core
-    from iridesce._progress import progress_bar
-
-    with progress_bar("the film flows") as advance:
-        _core.flow_watch(advance)
-        try:
-            yield
-        finally:
-            _core.flow_watch(None)
 
 
 def plain_name(scene: str) -> str:

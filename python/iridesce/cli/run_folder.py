@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from iridesce.files.trees import NotATree, from_json
 from iridesce.files.whole import check_place, write_whole
 
 _NAME = "run.json"
@@ -46,9 +47,9 @@ class RunFolder:
         if not description.exists():
             raise ValueError(f"{self.folder} holds no {self.what.removeprefix('a ')} to resume: no {_NAME}")
         try:
-            before = json.loads(description.read_bytes())
+            before = from_json(description.read_bytes(), str(description))
             differing = [key for key, value in self.asked.items() if before[key] != value]
-        except (ValueError, KeyError, TypeError, UnicodeDecodeError):
+        except (NotATree, KeyError, TypeError):
             raise ValueError(f"{description} is not the description of {self.what}") from None
         if differing:
             key = differing[0]

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import base64
-import contextlib
 import os
 import warnings
-from collections.abc import Callable
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -15,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iridesce import _core
-from iridesce._progress import progress_bar
+from iridesce._progress import Tell, Told, check_progress, watched
 from iridesce.arguments.operands import Floats, Operand, broadcast_shape, checked_out, new_array, place, real_operand
 from iridesce.arguments.scalars import checked_threads, file_name, one_of
 from iridesce.color.light import Illuminant
@@ -54,8 +52,9 @@ class ColorTable:
     quantity       "reflectance", "transmittance" or "absorptance", or a list of them
     layer          which layer varies, its place in ``stack.layers``; needed where that is not plain
     max_delta_e    the greatest colour error to allow, CIEDE2000
-    progress       called as ``progress(done, total)`` in colours, the total growing where the grid must be refined; an
-                   exception from it stops the work. True draws a bar on stderr
+    progress       called as ``progress(done, total)`` in colours, the total growing where the grid must be refined (with
+                   ``stage="building"`` if it takes that); an exception from it stops the work. True draws a bar on
+                   stderr
     Raises         ValueError naming the argument, the value and what is allowed, also where no grid of four million
                    nodes keeps to ``max_delta_e``; KeyboardInterrupt on Ctrl-C
     Warns          UserWarning when a built-in medium is used beyond its data (by its stated extension)
@@ -88,7 +87,7 @@ class ColorTable:
         quantity: str | list[str] | tuple[str, ...] = "reflectance",
         layer: int | None = None,
         max_delta_e: float = 0.1,
-        progress: Callable[[int, int], object] | bool | None = None,
+        progress: Told = None,
     ) -> None:
         if not isinstance(stack, Multilayer):
             raise ValueError(f"stack must be an iridesce.Stack, got {stack!r}")
@@ -104,13 +103,12 @@ class ColorTable:
         tolerance = real_operand("max_delta_e", max_delta_e, low=0.0, includes_low=False)
         if tolerance.shape:
             raise ValueError(f"max_delta_e must be a single number, got shape {tolerance.shape}")
-        if not (progress is None or isinstance(progress, bool) or callable(progress)):
-            raise ValueError(f"progress must be a function of (done, total), True, False or None, got {progress!r}")
+        check_progress(progress)
 
         parts: dict[tuple[str, str], Any] = {}
         extended: set[str] = set()
-        with progress_bar("color table") if progress is True else contextlib.nullcontext(progress or None) as advance:
-            counter = None if advance is None else _Counter(advance)
+        with watched(progress, "building", "color table") as tell:
+            counter = None if tell is None else _Counter(tell)
             for light in lights:
                 for name in quantities:
                     table, used = _core.ColorTable.build(
@@ -426,12 +424,12 @@ _FACTS = ("stack", "layer", "observer", "polarization")
 class _Counter:
     """Adds up the progress of several tables."""
 
-    def __init__(self, tell: Callable[[int, int], object]) -> None:
+    def __init__(self, tell: Tell) -> None:
         self.tell, self.before, self.latest = tell, 0, 0
 
-    def __call__(self, done: int, total: int) -> None:
+    def __call__(self, done: int, total: int, stage: str) -> None:
         self.latest = done
-        self.tell(self.before + done, self.before + total)
+        self.tell(self.before + done, self.before + total, stage)
 
     def next(self) -> None:
         self.before, self.latest = self.before + self.latest, 0

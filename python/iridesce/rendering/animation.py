@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 import shutil
 import subprocess
-import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from iridesce import _core
+from iridesce.files.trees import from_toml
 from iridesce.files.whole import check_place, write_whole
 from iridesce.scene import Scene
 
@@ -113,13 +112,29 @@ def camera_path(camera: dict[str, Any], seconds: float, turn_deg: float, file: P
     return CameraPath(zoom, (up[0], up[1], up[2]), keys, turn_deg, seconds)
 
 
+def _is_number(value: object) -> bool:
+    try:
+        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:  # a whole number beyond any other
+        return False
+
+
+def _shown(value: object) -> str:
+    """What was given, for a message: short, whatever it is."""
+    try:
+        return f"{value!r:.80}"
+    except (ValueError, RecursionError):
+        return f"something of type {type(value).__name__}"
+
+
 def _read_keys(file: Path, own: dict[str, Any], zoom: str) -> list[dict[str, Any]]:
     try:
-        tree = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        text = file.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
         raise ValueError(f"{file}: no TOML file: {error}") from None
     except OSError as error:
         raise ValueError(f"{file}: {error.strerror}") from None
+    tree = from_toml(text, str(file))
     rows = tree.get("key")
     if set(tree) != {"key"} or not isinstance(rows, list) or not rows:
         raise ValueError(f"{file}: wanted tables [[key]], each with time_s and some of {', '.join(own)}")
@@ -131,10 +146,10 @@ def _read_keys(file: Path, own: dict[str, Any], zoom: str) -> list[dict[str, Any
                 raise ValueError(f"{place}: unknown {name!r}; wanted time_s, {', '.join(own)}")
             wanted = 3 if name in ("position", "target") else 1
             numbers = value if isinstance(value, list) else [value]
-            good = all(isinstance(x, int | float) and not isinstance(x, bool) and math.isfinite(x) for x in numbers)
+            good = all(_is_number(x) for x in numbers)
             if not good or len(numbers) != wanted or (wanted == 3) != isinstance(value, list):
                 raise ValueError(
-                    f"{place}: {name} must be {'three numbers' if wanted == 3 else 'a number'}, got {value!r}"
+                    f"{place}: {name} must be {'three numbers' if wanted == 3 else 'a number'}, got {_shown(value)}"
                 )
         if "time_s" not in row:
             raise ValueError(f"{place} has no time_s")
@@ -198,21 +213,21 @@ def scene_at(scene: Scene, films: Sequence[FlowingFilm], film_s: float, camera: 
     return scene
 
 
-def keep_films(films: Sequence[FlowingFilm], folder: Path) -> None:
+def keep_films(scene: Scene, films: Sequence[FlowingFilm], folder: Path) -> None:
     """Write where the films stand, so that another run can go on from there."""
     for number, film in enumerate(films):
-        standing = _core.flow_standing(*film.which)
+        standing = scene._core.standing(*film.which)
         if standing is not None:
             write_whole(folder / f"film_{number}.irflow", standing)
 
 
-def take_up_films(films: Sequence[FlowingFilm], folder: Path) -> None:
+def take_up_films(scene: Scene, films: Sequence[FlowingFilm], folder: Path) -> None:
     """Let films go on where they stood; those that are not kept flow from their beginning again."""
     for number, film in enumerate(films):
         kept = folder / f"film_{number}.irflow"
         if kept.exists():
             try:
-                _core.flow_stand(*film.which, kept.read_bytes())
+                scene._core.stand(*film.which, kept.read_bytes())
             except ValueError:
                 # Of another version perhaps: the film is made again, which takes longer and ends the same.
                 kept.unlink()

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import operator
 import os
 import warnings
-from collections.abc import Callable
 from typing import Any
 
 from iridesce import _core
-from iridesce._progress import progress_bar
+from iridesce._progress import Told, check_progress, watched
 from iridesce.arguments.scalars import checked_threads, optional_whole
 from iridesce.errors import ResourceError
 from iridesce.image import Image
@@ -28,7 +26,7 @@ def render(
     size: tuple[int, int] | None = None,
     threads: int | None = None,
     backend: str = "cpu",
-    progress: Callable[[int, int], object] | bool | None = None,
+    progress: Told = None,
 ) -> Image:
     """Renders a scene.
 
@@ -39,8 +37,9 @@ def render(
     threads    worker threads, 1 to 1024; None uses all cores, or RAYON_NUM_THREADS
     backend    ``"cpu"``, the only one built in
     progress   called as ``progress(done_pixels, total_pixels)`` from the calling thread, some thirty times a second at
-               most and once at the end; an exception from it stops the render and is passed on. True draws a bar on
-               stderr. The callback may also be used to draw one's own
+               most and once at the end; an exception from it stops the work and is passed on. A function with a third
+               parameter ``stage`` hears of every stage, as ``progress(done, total, stage=...)``: ``"reading"`` (maps),
+               ``"flowing"`` (steps of the scene's films), ``"rendering"`` (pixels). True draws a bar on stderr
     Returns    an :class:`iridesce.Image`
     Raises     ValueError for a wrong argument; iridesce.SceneError for a wrong scene; iridesce.ResourceError, before
                anything is computed, for a picture that does not fit into memory; KeyboardInterrupt on Ctrl-C
@@ -60,8 +59,7 @@ def render(
     seed = optional_whole("seed", seed, 0, 2**64 - 1)
     threads = checked_threads(threads)
     size = _size(size)
-    if not (progress is None or isinstance(progress, bool) or callable(progress)):
-        raise ValueError(f"progress must be a function of (done, total), True, False or None, got {progress!r}")
+    check_progress(progress)
 
     if not isinstance(scene, Scene):
         scene = Scene.load(scene)
@@ -71,8 +69,8 @@ def render(
             stacklevel=2,
         )
     tree = scene.to_dict()
-    with progress_bar("rendering") if progress is True else contextlib.nullcontext(progress or None) as advance:
-        xyz, depth, thickness_nm, normal, info = _core.render_scene(scene._core, samples, seed, size, threads, advance)
+    with watched(progress, "rendering") as tell:
+        xyz, depth, thickness_nm, normal, info = _core.render_scene(scene._core, samples, seed, size, threads, tell)
     samples, seed, seconds, simd, threads = info
     # The scene as it was rendered: what it says can be rendered again.
     tree["camera"] = {**tree["camera"], "resolution": [xyz.shape[1], xyz.shape[0]]}

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from iridesce import _core
+from iridesce._progress import Told, check_progress, watched
 from iridesce.errors import SceneError
 from iridesce.files.toml import dumps
 
@@ -16,9 +17,11 @@ __all__ = ["Scene", "scene_names", "scene_text"]
 
 
 class Scene:
-    """A validated scene: every default filled in, every medium, illuminant and map resolved.
+    """A validated scene, a recipe: every default filled in, every medium and illuminant found, every file named.
 
-    Make one with `Scene.load`; it never changes (`with_value` gives a new one). Equal scenes compare equal and hash
+    Make one with `Scene.load`; it never changes (`with_value` gives a new one). Its maps are read and its films flow when it
+    is first rendered, or with `resolve`; what was read and has flowed is shared by all scenes that come from one another
+    through `with_value`. Equal scenes compare equal and hash
     alike, and they can be pickled.
 
     >>> scene = Scene.load("soap-bubble")
@@ -34,14 +37,21 @@ class Scene:
         self._core = core
 
     @classmethod
-    def load(cls, source: str | os.PathLike[str] | Mapping[str, Any] | Scene, allow_outside: bool = False) -> Scene:
-        """Read and validate a scene.
+    def load(
+        cls,
+        source: str | os.PathLike[str] | Mapping[str, Any] | Scene,
+        allow_outside: bool = False,
+        progress: Told = None,
+    ) -> Scene:
+        """Read and validate a scene, in milliseconds: no map is read and no film flows.
 
         source         the name of a built-in scene, a path to a TOML or JSON file (JSON by its ending), or a dict of
                        the same shape; values may be numpy numbers and arrays, paths, `ir.thickness` models
         allow_outside  let files that the scene names lie outside its folder (of a dict: the current folder)
+        progress       with it, or True for a bar, the scene is resolved too: see `resolve`
         Returns        Scene; a Scene is given back as it is
-        Raises         SceneError with ``.file``, ``.line``, ``.key``: a file that is missing, too long or no text,
+        Raises         SceneError with ``.file``, ``.line``, ``.key`` of the first thing that is wrong and ``.errors``, all
+                       of them: a file that is missing, too long or no text,
                        unknown keys (the nearest known one is suggested), values that are not allowed, files outside
                        the folder; ResourceError: a picture that no machine can hold
 
@@ -53,7 +63,15 @@ class Scene:
         >>> Scene.load({"version": 1, "camera": {"fov": 30.0}})
         Traceback (most recent call last):
         iridesce.errors.SceneError: unknown key "fov" in camera; did you mean "fov_deg"?
+        the scene needs the key "object"
+        the scene needs the key "light"
         """
+        check_progress(progress)
+        scene = cls._loaded(source, allow_outside)
+        return scene if progress is None or progress is False else scene.resolve(progress)
+
+    @classmethod
+    def _loaded(cls, source: str | os.PathLike[str] | Mapping[str, Any] | Scene, allow_outside: bool) -> Scene:
         if isinstance(source, Scene):
             return source
         if isinstance(source, Mapping):
@@ -68,6 +86,22 @@ class Scene:
         if not isinstance(path, str):
             raise SceneError(f"the path of a scene must be a text, got {path!r:.60}")
         return cls(_core.Scene.load(path, bool(allow_outside)))
+
+    def resolve(self, progress: Told = None) -> Scene:
+        """Read its maps and let its films flow now, rather than with the first render.
+
+        progress  called as ``progress(done, total)`` in steps of all films together; a function that takes ``stage`` also
+                  hears of the maps, as ``progress(done, total, stage="reading")``; an exception from it stops the work.
+                  True draws a bar on stderr
+        Returns   the scene itself; renders of it, and of scenes made from it by `with_value`, begin at once
+        Raises    SceneError for a map that cannot be used or a film that does not flow; KeyboardInterrupt on Ctrl-C
+
+        >>> Scene.load("soap-bubble").resolve()
+        <iridesce.Scene 512 x 512, object bubble, 1 light>
+        """
+        with watched(progress, "flowing", "the film flows") as tell:
+            self._core.resolve(tell)
+        return self
 
     def to_dict(self) -> dict[str, Any]:
         """The scene as a dict with every default filled in.
@@ -108,7 +142,7 @@ class Scene:
         return dumps(self.to_dict())
 
     def with_value(self, path: str, value: Any) -> Scene:
-        """The scene with one value replaced, validated anew; maps are not read again.
+        """The scene with one value replaced, validated anew; no map is read, and no film flows.
 
         path     dotted; objects by name or number, lights by number: ``object.bubble.surface.film.thickness_nm``,
                  ``light.0.environment.radiance``, ``camera.fov_deg``

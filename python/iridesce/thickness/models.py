@@ -38,7 +38,7 @@ class ThicknessModel:
     gradient(top=0.0, bottom=800.0, exponent=1.0)
     """
 
-    __slots__ = ("_core", "_kind", "_values")
+    __slots__ = ("_core", "_films", "_kind", "_values")
 
     def __init__(self, kind: str, values: Mapping[str, Any]) -> None:
         if kind != "uniform" and kind not in _METHODS:
@@ -48,6 +48,8 @@ class ThicknessModel:
         self._values: dict[str, Any] = {name: _parameter(name, value) for name, value in values.items()}
         # A map is read when it is asked: the scene that it is meant for may lie in another folder. A film flows then, too.
         self._core = None if kind in ("map", "flow") else getattr(_core.Thickness, kind)(**self._values)
+        # Where a film that has been asked for stands, for the next time it is.
+        self._films = _core.FlowContext() if kind == "flow" else None
 
     def at_height(self, s: ArrayLike) -> NDArray[np.float64] | float:
         """Thickness at relative height, of a gradient.
@@ -141,10 +143,10 @@ class ThicknessModel:
             ends = (float(given[0]), float(given[1]), float(given[2]), float(given[3]))
         if self._core is not None:
             return ThicknessMap(self._core.map(**sides, extent=ends))
-        if self._kind == "flow":
+        if self._films is not None:
             own = self._values
             which = (own["preset"], own["time_s"], own["seed"], own.get("columns"))
-            return ThicknessMap(_core.flow_map(*which, sides["width"], sides["height"]))
+            return ThicknessMap(_core.flow_map(self._films, *which, sides["width"], sides["height"], None))
         u = (np.arange(sides["width"]) + 0.5) / sides["width"]
         v = 1.0 - (np.arange(sides["height"]) + 0.5) / sides["height"]
         whole = ThicknessMap.load(**self._values)

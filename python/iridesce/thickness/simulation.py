@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iridesce import _core
+from iridesce._progress import Tell, Told, check_progress, watched
 from iridesce.arguments.scalars import number, whole
 from iridesce.thickness.thickness_map import ThicknessMap
 
@@ -41,19 +42,34 @@ class Simulation(Iterator[Frame]):
     [0.0, 0.05, 0.1]
     """
 
-    def __init__(self, core: _core.Flow, time_s: float, frames_per_second: float, first: int) -> None:
+    def __init__(
+        self, core: _core.Flow, time_s: float, frames_per_second: float, first: int, progress: Told = None
+    ) -> None:
         self._core = core
         self._rate = frames_per_second
         self._next = first
+        self._progress = progress
         # A frame that rounding puts just past the end is the last one.
         self._count = math.floor(time_s * frames_per_second + 1e-9) + 1
 
     def __next__(self) -> Frame:
         if self._next >= self._count or self.ruptured_s is not None:
             raise StopIteration
-        self._core.advance_to(self._next / self._rate)
+        with watched(self._progress, "flowing") as tell:
+            self._core.advance_to(self._next / self._rate, None if tell is None else self._over_all_frames(tell))
         self._next += 1
         return Frame(float(self.facts["time_s"] or 0.0), self._core.thickness_nm())
+
+    def _over_all_frames(self, tell: Tell) -> Tell:
+        """From the steps of one frame to those of all."""
+        before = max(self._next - 1, 0)
+        frames = max(self._count - 1, 1)
+
+        def told(done: int, total: int, stage: str) -> None:
+            if total > 0:
+                tell(before * total + done, frames * total, stage)
+
+        return told
 
     def __len__(self) -> int:
         """How many frames are left, unless the film bursts."""
@@ -131,6 +147,7 @@ def simulate(
     seed: int = 1,
     columns: int | None = None,
     checkpoint: bytes | None = None,
+    progress: Told = None,
     **parameters: float,
 ) -> Simulation:
     """A soap film from its physics, frame by frame: gravity, Marangoni tension, air, evaporation, black film.
@@ -143,6 +160,9 @@ def simulate(
     columns            cells around the bubble, even; the preset's own if None, with rows to match
     checkpoint         what `Simulation.checkpoint` gave: goes on with the frame after it. All else must be the same,
                        except `time_s`
+    progress           called as ``progress(done, total)`` in steps of the whole run while a frame is made (with
+                       ``stage="flowing"`` if it takes that); an exception from it stops the film after a whole step. True
+                       draws a bar on stderr
     **parameters       any number of `Simulation.parameters` but ``columns`` and ``rows``, in the unit of its name;
                        ``humidity`` (0 to 1) instead of ``evaporation_nm_s``
     Returns            Simulation, an iterator of Frame: time in s and thickness in nm
@@ -163,6 +183,7 @@ def simulate(
         raise ValueError(f"time_s must be from 0 to {_MAX_SECONDS:g}, got {time_s!r:.60}")
     if not 1e-3 <= rate <= 1e6:
         raise ValueError(f"frames_per_second must be from 0.001 to 1e6, got {frames_per_second!r:.60}")
+    check_progress(progress)
     if columns is not None:
         columns = whole("columns", columns, 16, 16384)
     changes = [(name, number(name, value)) for name, value in parameters.items()]
@@ -178,7 +199,7 @@ def simulate(
                 f"the checkpoint is at {reached:g} s, between two frames of frames_per_second {rate:g}; "
                 "give the one that it was made with"
             )
-    return Simulation(core, end, rate, first)
+    return Simulation(core, end, rate, first, progress)
 
 
 def presets() -> list[str]:

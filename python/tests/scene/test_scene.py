@@ -256,7 +256,7 @@ def test_bad_scenes_tell_their_place(path, monkeypatch):
     relative = path.relative_to(ROOT)
     expected = path.read_text().split("\n", 1)[0].removeprefix("# ")
     with pytest.raises((ir.SceneError, ir.ResourceError)) as caught:
-        ir.Scene.load(relative)
+        ir.Scene.load(relative).resolve()
     assert str(caught.value) == expected
     if isinstance(caught.value, ir.ResourceError):
         assert path.stem == "monstrous-image"

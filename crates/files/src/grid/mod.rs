@@ -85,6 +85,11 @@ pub fn decode(bytes: &[u8]) -> Result<Grid, String> {
 }
 
 impl Grid {
+    /// What it takes in memory.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.values.thickness_nm())
+    }
+
     /// Its thicknesses; the error names the key at fault.
     pub fn in_range(&self, min_nm: Option<f64>, max_nm: Option<f64>) -> Result<Arc<ThicknessMap>, ThicknessError> {
         let wrong = |key, message: &str| Err(ThicknessError { key, message: message.to_owned() });

@@ -3,5 +3,5 @@
 mod read;
 mod write;
 
-pub use read::{read_whole, reason};
+pub use read::{check_ordinary, read_whole, reason};
 pub use write::{check_output, write_bytes, write_whole};

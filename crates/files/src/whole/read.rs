@@ -3,8 +3,8 @@
 use std::io::Read;
 use std::path::Path;
 
-/// The bytes of an ordinary file of at most `limit` bytes, or why there are none.
-pub fn read_whole(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
+/// Why a file cannot be read as an ordinary one, if it cannot.
+pub fn check_ordinary(path: &Path) -> Result<(), String> {
     // Asked before opening: a named pipe would wait for ever, a device may have no end.
     let metadata = std::fs::metadata(path).map_err(|e| reason(&e))?;
     if metadata.is_dir() {
@@ -13,6 +13,12 @@ pub fn read_whole(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
     if !metadata.is_file() {
         return Err("it is no ordinary file".into());
     }
+    Ok(())
+}
+
+/// The bytes of an ordinary file of at most `limit` bytes, or why there are none.
+pub fn read_whole(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
+    check_ordinary(path)?;
     let mut bytes = Vec::new();
     let file = std::fs::File::open(path).map_err(|e| reason(&e))?;
     file.take(limit + 1).read_to_end(&mut bytes).map_err(|e| reason(&e))?;

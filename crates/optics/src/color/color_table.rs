@@ -16,7 +16,7 @@ mod build;
 #[cfg(test)]
 mod tests;
 
-pub use build::{ColorTableRequest, Watch};
+pub use build::ColorTableRequest;
 
 /// No table has more nodes (of 32 bytes) than this.
 pub const MOST_NODES: usize = 1 << 22;

@@ -20,7 +20,7 @@ mod table;
 mod two_beam;
 
 pub use basis::rgb_basis;
-pub use color_table::{ColorTable, ColorTableRequest, ColorTableShape, MOST_NODES, Watch};
+pub use color_table::{ColorTable, ColorTableRequest, ColorTableShape, MOST_NODES};
 pub use dias::{Dias1991, DiasMatrix, DiasTable, PRINTED_MATRIX, dias1991_wavelengths};
 pub use difference::ciede2000;
 pub use illuminant::{Illuminant, illuminant_names};

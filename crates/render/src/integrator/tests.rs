@@ -1,7 +1,8 @@
 use fearless_simd::{Level, dispatch};
+use iridesce_numerics::Watch;
 use iridesce_optics::stack::solve;
 use iridesce_optics::{Complex64, Polarization};
-use iridesce_scene::{Origin, Scene};
+use iridesce_scene::{Context, Origin, ResolvedScene, Scene, resolve};
 
 use super::*;
 use crate::framebuffer::RenderOptions;
@@ -10,14 +11,15 @@ use crate::spectral::Nodes;
 
 const THICKNESS_NM: f64 = 310.0;
 
-fn scene(index: Complex64) -> Scene {
+fn scene(index: Complex64) -> ResolvedScene {
     let text = format!(
         "version = 1\n[camera]\n[[object]]\nshape = {{ sphere = {{ radius = 1.0 }} }}\n\
          surface = {{ film = {{ medium = [{}, {}], thickness_nm = {THICKNESS_NM} }} }}\n\
          [[light]]\nenvironment = {{ illuminant = \"D65\" }}\n",
         index.re, index.im
     );
-    Scene::from_toml(&text, Origin::default()).unwrap()
+    let recipe = Scene::from_toml(&text, Origin::default()).unwrap();
+    resolve(&recipe, &Context::default(), &Watch::new()).unwrap()
 }
 
 /// A film plate that a path meets: at this angle, its plane of incidence turned by `turn` from the p direction

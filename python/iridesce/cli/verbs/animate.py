@@ -105,7 +105,7 @@ def verb(
         run.check_new()
         run.start()
     if resume:
-        animation.take_up_films(films, folder)
+        animation.take_up_films(loaded, films, folder)
     began = time.perf_counter()
     shot = _Shot(loaded, films, path, start, speed, fps, run, formats, threads)
     drawn, used_stops = _draw(shot, count, known_stops)
@@ -197,7 +197,7 @@ def _draw(shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
                 shot.run.start(stops=stops)
             for file in files:
                 image.save(file, exposure=stops)
-            animation.keep_films(shot.films, folder)
+            animation.keep_films(shot.scene, shot.films, folder)
             drawn += 1
             advance(number + 1, count)
     return drawn, 0.0 if stops is None else stops
@@ -225,8 +225,7 @@ def _films(scene: Scene, columns: int | None) -> tuple[Scene, list[FlowingFilm]]
 
     if columns is not None:
         for film in flowing_films(scene.to_dict()):
-            # At its beginning a film need not flow first.
-            scene = scene.with_value(f"{film.key}.time_s", 0.0).with_value(f"{film.key}.columns", columns)
+            scene = scene.with_value(f"{film.key}.columns", columns)
     return scene, flowing_films(scene.to_dict())
 
 

@@ -1,7 +1,8 @@
 //! Building a colour table: nodes from exact sums, probes between them, refinement until the error is small enough.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering};
+
+use iridesce_numerics::Watch;
 
 use super::{ColorTable, ColorTableShape, MOST_NODES, Node};
 use crate::OpticsError;
@@ -22,12 +23,8 @@ const CAUTION: f64 = 1.25;
 /// From how many probes the search climbs, and how often it steps.
 const CLIMBERS: usize = 32;
 const CLIMB_STEPS: usize = 6;
-/// Colours between two looks at [`Watch`].
+/// Colours between two looks at the watch.
 const PIECE: usize = 4096;
-
-/// Is told how many exact colours are done and how many are known to be needed (more where a table must be refined),
-/// and answers whether to stop.
-pub type Watch<'a> = &'a (dyn Fn(u64, u64) -> bool + Sync);
 
 /// What a table is made of.
 #[derive(Debug, Clone)]
@@ -50,8 +47,9 @@ impl ColorTable {
     /// Builds a table whose stated error keeps to the tolerance.
     ///
     /// The exact colours it is held against are those of [`StackColor`]. A table that cannot keep to the tolerance within
-    /// [`MOST_NODES`] is an error that tells what was reached.
-    pub fn build(request: ColorTableRequest, watch: Watch<'_>) -> Result<ColorTable, OpticsError> {
+    /// [`MOST_NODES`] is an error that tells what was reached. `watch` hears of colours in the stage `building`, whose total
+    /// grows where the table must be refined.
+    pub fn build(request: ColorTableRequest, watch: &Watch) -> Result<ColorTable, OpticsError> {
         let ColorTableRequest { color, thickness_nm, layer, range_nm, range_deg, tolerance } = request;
         let layers = color.coherent.len();
         if layer >= layers || thickness_nm.len() != layers {
@@ -93,7 +91,8 @@ impl ColorTable {
         shape.check()?;
         let colors = StackColor::new(asked)?;
         shape.white = colors.white()?;
-        let exact = Exact { colors, thickness_nm, layer, watch, done: AtomicU64::new(0), total: AtomicU64::new(0) };
+        let exact = Exact { colors, thickness_nm, layer, watch };
+        watch.begin("building", 0);
         let (mut reached, mut vain) = (f64::INFINITY, 0);
         for _ in 0..MOST_ROUNDS {
             exact.expect((3 * shape.rows * shape.columns) as u64);
@@ -260,15 +259,13 @@ struct Exact<'a> {
     colors: StackColor,
     thickness_nm: Vec<f64>,
     layer: usize,
-    watch: Watch<'a>,
-    done: AtomicU64,
-    total: AtomicU64,
+    watch: &'a Watch,
 }
 
 impl Exact<'_> {
     /// So many colours more will be asked for.
     fn expect(&self, colors: u64) {
-        self.total.store(self.done.load(Ordering::Relaxed) + colors, Ordering::Relaxed);
+        self.watch.expect(self.watch.progress().done + colors);
     }
 
     fn xyz(&self, varying_nm: &[f64], angle_deg: &[f64]) -> Result<Vec<[f64; 3]>, OpticsError> {
@@ -282,10 +279,10 @@ impl Exact<'_> {
                 thickness[start + self.layer] = t;
             }
             found.extend(self.colors.colors(&thickness, angle_deg)?.values);
-            let done = self.done.fetch_add(varying_nm.len() as u64, Ordering::Relaxed) + varying_nm.len() as u64;
-            if (self.watch)(done, self.total.load(Ordering::Relaxed).max(done)) {
-                return Err(OpticsError::Argument("the table was stopped".into()));
-            }
+            self.watch.add(varying_nm.len() as u64);
+            let progress = self.watch.progress();
+            self.watch.expect(progress.total.max(progress.done));
+            self.watch.check().map_err(|_| OpticsError::Argument("the table was stopped".into()))?;
         }
         Ok(found)
     }

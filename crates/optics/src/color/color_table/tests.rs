@@ -1,3 +1,5 @@
+use iridesce_numerics::Watch;
+
 use super::*;
 use crate::color::{Adaptation, ColorRequest, Illuminant, Model, Observer, Quantity, Space, StackColor, ciede2000};
 use crate::{Complex64, Medium, Polarization};
@@ -63,7 +65,7 @@ fn tables_keep_to_what_they_say() {
         request(&metal, 0, [0.0, 80.0], [0.0, 70.0]),
         request(&mirror, 1, [20.0, 400.0], [10.0, 50.0]),
     ] {
-        let table = ColorTable::build(request.clone(), &|_, _| false).unwrap();
+        let table = ColorTable::build(request.clone(), &Watch::new()).unwrap();
         let found = worst(&table, &request);
         println!("{:?}: {found}", table.shape);
         assert!(table.shape.max_delta_e <= 0.1 && table.shape.mean_delta_e <= table.shape.max_delta_e);
@@ -76,13 +78,13 @@ fn tables_keep_to_what_they_say() {
 #[test]
 fn one_point_and_a_range_of_no_length() {
     let request = request(&soap(), 0, [320.0, 320.0], [30.0, 30.0]);
-    let table = ColorTable::build(request.clone(), &|_, _| false).unwrap();
+    let table = ColorTable::build(request.clone(), &Watch::new()).unwrap();
     assert!(worst(&table, &request) < 1e-3);
 }
 
 #[test]
 fn nodes_make_the_same_table() {
-    let table = ColorTable::build(request(&soap(), 0, [0.0, 300.0], [0.0, 40.0]), &|_, _| false).unwrap();
+    let table = ColorTable::build(request(&soap(), 0, [0.0, 300.0], [0.0, 40.0]), &Watch::new()).unwrap();
     let again = ColorTable::from_nodes(*table.shape(), table.nodes().to_vec()).unwrap();
     let (mut a, mut b) = ([[0.0; 3]; 3], [[0.0; 3]; 3]);
     table.evaluate(&[0.0, 150.0, 300.0], &[0.0, 39.0, 40.0], &mut a).unwrap();
@@ -109,7 +111,7 @@ fn nodes_make_the_same_table() {
 
 #[test]
 fn refusals() {
-    let message = |request| ColorTable::build(request, &|_, _| false).unwrap_err().to_string();
+    let message = |request| ColorTable::build(request, &Watch::new()).unwrap_err().to_string();
     let good = request(&soap(), 0, [0.0, 300.0], [0.0, 40.0]);
     assert!(message(ColorTableRequest { layer: 1, ..good.clone() }).contains("varying layer"));
     assert!(message(ColorTableRequest { range_nm: [10.0, 5.0], ..good.clone() }).contains("thickness_nm"));
@@ -120,8 +122,10 @@ fn refusals() {
     assert!(message(ColorTableRequest { range_nm: [0.0, 1e7], ..good.clone() }).contains("fringes"));
     let narrow = ColorTableRequest { range_nm: [100.0, 130.0], range_deg: [30.0, 30.0], ..good.clone() };
     assert!(message(ColorTableRequest { tolerance: 1e-9, ..narrow }).contains("was reached"));
-    assert!(ColorTable::build(good.clone(), &|_, _| true).unwrap_err().to_string().contains("stopped"));
-    let table = ColorTable::build(good, &|_, _| false).unwrap();
+    let stopped = Watch::new();
+    stopped.stop();
+    assert!(ColorTable::build(good.clone(), &stopped).unwrap_err().to_string().contains("stopped"));
+    let table = ColorTable::build(good, &Watch::new()).unwrap();
     let mut out = [[0.0; 3]; 2];
     let wrong = table.evaluate(&[1.0, 301.0], &[0.0], &mut out).unwrap_err().to_string();
     assert!(wrong.contains("thickness_nm must be within") && wrong.contains("301 at point 1"), "{wrong}");
@@ -135,7 +139,7 @@ fn refusals() {
 /// sums of 32 products of single precision leave 32 roundings of 6e-8.
 #[test]
 fn every_level_looks_up_the_same() {
-    let table = ColorTable::build(request(&soap(), 0, [0.0, 900.0], [0.0, 70.0]), &|_, _| false).unwrap();
+    let table = ColorTable::build(request(&soap(), 0, [0.0, 900.0], [0.0, 70.0]), &Watch::new()).unwrap();
     let t: Vec<f64> = (0..5000).map(|i| (f64::from(i) * 0.754_877_666).fract() * 900.0).collect();
     let angle: Vec<f64> = (0..5000).map(|i| (f64::from(i) * 0.569_840_29).fract() * 70.0).collect();
     let mut wanted = vec![[0.0; 3]; 5000];
