@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines b
     from iridesce.exchange import export as export
     from iridesce.exchange import import_scene as import_scene
     from iridesce.exchange import validate as validate
+    from iridesce.files.report import ReadReport as ReadReport
     from iridesce.image import Image as Image
     from iridesce.inverse import fit as fit
     from iridesce.inverse.fit import fit_thickness as fit_thickness
@@ -43,6 +44,7 @@ _HOME = {
     "fit_thickness": "inverse.fit",
     "ColorTable": "color.color_table",
     "Image": "image",
+    "ReadReport": "files.report",
     "render": "rendering",
     "export": "exchange",
     "validate": "exchange",

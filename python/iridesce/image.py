@@ -281,9 +281,14 @@ def _plane(name: str, values: npt.ArrayLike, size: tuple[int, int] | None, depth
     """A new contiguous float32 array of the right shape."""
     last = () if depth is None else (depth,)
     try:
-        array = np.array(values, dtype=np.float32, order="C", copy=True)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name} must be an array of numbers: {error}") from None
+        given = np.asarray(values)
+        if given.dtype.kind not in "biuf" and not (given.dtype.kind == "O" and all(map(_is_real, given.flat))):
+            raise ValueError(f"{name} must be an array of real numbers, got the type {given.dtype}")
+        array = np.array(given, dtype=np.float32, order="C", copy=True)
+    except (TypeError, ValueError, RuntimeError, OverflowError) as error:
+        # (numpy has its own words for what has more than 32 or 64 dimensions.)
+        words = str(error)
+        raise ValueError(words if words.startswith(name) else f"{name} must be an array of numbers: {words}") from None
     if size is None:
         good = array.ndim == 3 and array.shape[2] == depth and array.size > 0
         if not good:
@@ -291,6 +296,10 @@ def _plane(name: str, values: npt.ArrayLike, size: tuple[int, int] | None, depth
     elif array.shape != (*size, *last):
         raise ValueError(f"{name} must have shape {(*size, *last)} like xyz, got {array.shape}")
     return array
+
+
+def _is_real(value: object) -> bool:
+    return isinstance(value, numbers.Real)
 
 
 def _plain(value: object) -> object:

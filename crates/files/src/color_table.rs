@@ -5,7 +5,7 @@ use std::path::Path;
 use iridesce_optics::color::{ColorTable, ColorTableShape, Space};
 
 use crate::error::{FileError, Stop};
-use crate::exr::{Table, read_tables, write_tables};
+use crate::exr::{Table, read_tables, tables_bytes, write_tables};
 use crate::facts::{Fact, Facts};
 
 /// What the planes of a file are called, in the order of a node's numbers (the fourth and the last are no more than padding).
@@ -64,6 +64,12 @@ pub fn write_color_tables(
 ) -> Result<(), FileError> {
     let tables: Vec<Table> = tables.iter().map(|(table, name, facts)| part(table, name, facts)).collect();
     write_tables(path, &tables, stop)
+}
+
+/// The same file in memory.
+pub fn color_tables_bytes(tables: &[(&ColorTable, &str, &Facts)]) -> Result<Vec<u8>, FileError> {
+    let tables: Vec<Table> = tables.iter().map(|(table, name, facts)| part(table, name, facts)).collect();
+    tables_bytes(&tables)
 }
 
 fn part(table: &ColorTable, name: &str, facts: &Facts) -> Table {

@@ -1,12 +1,19 @@
 //! Environment maps from the bytes of a file: OpenEXR (R, G, B or Y; half, float or integer) or Radiance HDR.
 
-use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use exr::prelude::{AnyChannel, AnyChannels, FlatSamples};
+use iridesce_numerics::Watch;
 
-use crate::exr::open_exr;
-use crate::limits::check_size;
+use crate::exr::{OpenExr, open_exr};
+use crate::hdr;
+use crate::report::ReadReport;
+use crate::words::{listed, quoted};
+
+/// Texels between two looks at the watch.
+const PIECE: usize = 1 << 20;
+
+/// Largest file of a map: the largest map in single precision, and then some.
+pub const MAX_ENVIRONMENT_BYTES: u64 = 4 << 30;
 
 /// Largest radiance, as a factor and in a map: their product, summed over any number of samples and wavelengths, stays
 /// within the range of the renderer's single precision (1e38).
@@ -31,18 +38,62 @@ const CHROMATICITY_SLACK: f32 = 2e-3;
 /// Luminance of linear Rec.709 (ITU-R BT.709-6, item 3.2).
 const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
-/// The map in a file's bytes, told apart by content; every value is finite and every texel's luminance >= 0.
-pub fn decode(bytes: &[u8]) -> Result<EnvironmentMap, String> {
-    let read = || match bytes {
-        [0x76, 0x2F, 0x31, 0x01, ..] => read_exr(bytes),
-        [b'#', b'?', ..] => read_hdr(bytes),
-        [] => Err("it is empty".to_owned()),
-        _ => Err("it is neither OpenEXR nor Radiance HDR".to_owned()),
-    };
+/// The map in a file's bytes, told apart by content; every value is finite and every texel's luminance >= 0. `layer` names the
+/// layer of an OpenEXR file (`part:layer`) where it holds several pictures.
+pub fn decode(bytes: &[u8], layer: Option<&str>, watch: &Watch) -> Result<(EnvironmentMap, ReadReport), String> {
+    let mut report = ReadReport::default();
+    let read = || picture(bytes, layer, watch, &mut report);
     // A file made to trip the decoder must not take the program with it.
     let map = catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| Err("it is damaged".to_owned()))?;
+    check_shape(&map, &mut report)?;
+    watch.check().map_err(|stopped| stopped.to_string())?;
     check_values(&map)?;
-    Ok(map)
+    Ok((map, report))
+}
+
+/// The colours of an OpenEXR or Radiance HDR file, whatever they show.
+pub fn picture(
+    bytes: &[u8],
+    layer: Option<&str>,
+    watch: &Watch,
+    report: &mut ReadReport,
+) -> Result<EnvironmentMap, String> {
+    match bytes {
+        [0x76, 0x2F, 0x31, 0x01, ..] => read_exr(bytes, layer, watch, report),
+        [b'#', b'?', ..] => {
+            if let Some(layer) = layer {
+                return Err(format!("layer must be left out: a Radiance HDR has none, got {}", quoted(layer)));
+            }
+            report.format = "Radiance HDR".into();
+            report.take("radiance", "R, G, B", "", "the only ones");
+            let hdr::HdrPicture { width, height, rgb } = hdr::read(bytes, watch, report)?;
+            Ok(EnvironmentMap { width, height, rgb })
+        }
+        [] => Err("it is empty".to_owned()),
+        _ => Err("it is neither OpenEXR nor Radiance HDR".to_owned()),
+    }
+}
+
+/// The map in a file that holds one picture, without a watch.
+pub fn decode_environment(bytes: &[u8]) -> Result<EnvironmentMap, String> {
+    decode(bytes, None, &Watch::new()).map(|(map, _)| map)
+}
+
+/// Six faces side by side, above one another or in a cross are a cube map, whatever the file says.
+fn check_shape(map: &EnvironmentMap, report: &mut ReadReport) -> Result<(), String> {
+    let (width, height) = (map.width, map.height);
+    let is = |a: usize, b: usize| width * b == height * a;
+    // One pixel each way is a colour for all directions.
+    if width > 1 && (is(6, 1) || is(1, 6) || is(3, 4) || is(4, 3)) {
+        return Err(format!(
+            "it has {width} x {height} pixels, the shape of a cube map; convert it to a latitude-longitude map, twice as \
+             wide as high"
+        ));
+    }
+    if !is(2, 1) && !(width == 1 && height == 1) {
+        report.note(format!("{width} x {height} pixels are not 2:1; taken as latitude and longitude all the same"));
+    }
+    Ok(())
 }
 
 fn check_values(map: &EnvironmentMap) -> Result<(), String> {
@@ -68,9 +119,18 @@ fn check_values(map: &EnvironmentMap) -> Result<(), String> {
     Ok(())
 }
 
-fn read_exr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
-    let image = open_exr(bytes)?;
-    if let Some(given) = image.attributes.chromaticities {
+fn read_exr(
+    bytes: &[u8],
+    layer: Option<&str>,
+    watch: &Watch,
+    report: &mut ReadReport,
+) -> Result<EnvironmentMap, String> {
+    let open = open_exr(bytes, watch)?;
+    report.format = "OpenEXR".into();
+    if open.is_cube {
+        return Err("it says that it is a cube map (envmap); convert it to a latitude-longitude map".into());
+    }
+    if let Some(given) = open.chromaticities {
         let given = [given.red, given.green, given.blue, given.white].map(|v| [v.x(), v.y()]);
         let differs = |(a, b): (&f32, &f32)| (a - b).is_nan() || (a - b).abs() > CHROMATICITY_SLACK;
         if given.as_flattened().iter().zip(REC709.as_flattened()).any(differs) {
@@ -79,56 +139,99 @@ fn read_exr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
             ));
         }
     }
-    let layer = image.layer_data;
-    let (width, height) = (layer.size.x(), layer.size.y());
-    let planes = rgb_planes(&layer.channel_data)?.map(|channel| channel.sample_data.values_as_f32());
-    let [red, green, blue] = planes;
-    let rgb: Vec<f32> = red.zip(green).zip(blue).flat_map(|((r, g), b)| [r, g, b]).collect();
-    // A subsampled channel has fewer values than the picture has pixels.
-    if rgb.len() != 3 * width * height {
+    let [red, green, blue] = rgb_planes(&open, layer, report)?;
+    let [r, g, b] = [red, green, blue].map(|place| &open.channels[place]);
+    if (r.width, r.height) != (g.width, g.height) || (r.width, r.height) != (b.width, b.height) {
         return Err("its channels differ in size".into());
     }
-    Ok(EnvironmentMap { width, height, rgb })
-}
-
-/// The channels R, G, B or thrice Y; plain names before those of the first named layer (`beauty.R`).
-fn rgb_planes(channels: &AnyChannels<FlatSamples>) -> Result<[&AnyChannel<FlatSamples>; 3], String> {
-    let named: Vec<(String, &AnyChannel<FlatSamples>)> =
-        channels.list.iter().map(|channel| (channel.name.to_string(), channel)).collect();
-    let find = |prefix: &str, last: &str| {
-        let wanted = format!("{prefix}{last}");
-        named.iter().find(|(name, _)| name.eq_ignore_ascii_case(&wanted)).map(|(_, channel)| *channel)
-    };
-    let mut prefixes = vec![""];
-    prefixes.extend(named.iter().filter_map(|(name, _)| name.rfind('.').map(|dot| &name[..=dot])));
-    for prefix in &prefixes {
-        if let (Some(r), Some(g), Some(b)) = (find(prefix, "R"), find(prefix, "G"), find(prefix, "B")) {
-            return Ok([r, g, b]);
+    let mut rgb = Vec::with_capacity(3 * r.values.len());
+    for start in (0..r.values.len()).step_by(PIECE) {
+        watch.check().map_err(|stopped| stopped.to_string())?;
+        let end = (start + PIECE).min(r.values.len());
+        for i in start..end {
+            rgb.extend([r.values[i], g.values[i], b.values[i]]);
         }
     }
-    // Y beside X and Z, or beside the colour differences RY and BY, is not grey.
-    let is_grey = |prefix: &&&str| ["X", "Z", "RY", "BY"].iter().all(|other| find(prefix, other).is_none());
-    if let Some(y) = prefixes.iter().filter(is_grey).find_map(|prefix| find(prefix, "Y")) {
-        return Ok([y, y, y]);
-    }
-    let names: Vec<&str> = named.iter().map(|(name, _)| name.as_str()).take(12).collect();
-    Err(format!("it has the channels {}; R, G and B, or Y alone are needed", names.join(", ")))
+    Ok(EnvironmentMap { width: r.width, height: r.height, rgb })
 }
 
-fn read_hdr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
-    use image::ImageDecoder as _;
-    let damaged = |e: image::ImageError| format!("damaged or unsupported Radiance HDR ({e})");
-    let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(bytes)).map_err(damaged)?;
-    let (width, height) = decoder.dimensions();
-    check_size(width as usize, height as usize, 3)?;
-    let image = image::DynamicImage::from_decoder(decoder).map_err(damaged)?;
-    Ok(EnvironmentMap { width: width as usize, height: height as usize, rgb: image.into_rgb32f().into_raw() })
+/// The channels R, G, B or thrice Y of the layer that was named; or else of the plain one, or of the only one.
+fn rgb_planes(open: &OpenExr, asked: Option<&str>, report: &mut ReadReport) -> Result<[usize; 3], String> {
+    let mut layers: Vec<(usize, &str)> = Vec::new();
+    for channel in &open.channels {
+        if !layers.contains(&channel.layer()) {
+            layers.push(channel.layer());
+        }
+    }
+    let find = |layer: (usize, &str), last: &str| {
+        open.channels.iter().position(|channel| channel.layer() == layer && channel.last().eq_ignore_ascii_case(last))
+    };
+    // Y beside X and Z, or beside the colour differences RY and BY, is not grey.
+    let colours = |layer: (usize, &str)| match [find(layer, "R"), find(layer, "G"), find(layer, "B")] {
+        [Some(r), Some(g), Some(b)] => Some([r, g, b]),
+        _ if ["X", "Z", "RY", "BY"].iter().any(|other| find(layer, other).is_some()) => None,
+        _ => find(layer, "Y").map(|y| [y, y, y]),
+    };
+    let pictures: Vec<((usize, &str), [usize; 3])> =
+        layers.into_iter().filter_map(|layer| Some((layer, colours(layer)?))).collect();
+    if pictures.is_empty() {
+        return Err(format!("it has the channels {}; R, G and B, or Y alone are needed", open.list()));
+    }
+    // `part:layer` as a user names it: the channel's name without its last part.
+    let called = |planes: &[usize; 3]| {
+        let channel = &open.channels[planes[0]];
+        channel.name[..channel.name.len() - channel.last().len()].trim_end_matches('.').trim_end_matches(':').to_owned()
+    };
+    let names: Vec<String> = pictures.iter().map(|(_, planes)| called(planes)).collect();
+    let list = || listed(names.iter().map(String::as_str));
+    let (place, why) = match asked {
+        Some(asked) => {
+            let wanted = asked.trim_end_matches('.');
+            let exact = names.iter().position(|name| name == wanted);
+            let short: Vec<usize> =
+                (0..names.len()).filter(|&place| names[place].rsplit([':', '.']).next() == Some(wanted)).collect();
+            match (exact, short.as_slice()) {
+                (Some(place), _) | (None, &[place]) => (place, "layer ="),
+                _ => return Err(format!("it has no layer {} with colours; there are {}", quoted(asked), list())),
+            }
+        }
+        None => {
+            let plain: Vec<usize> = (0..pictures.len()).filter(|&place| pictures[place].0.1.is_empty()).collect();
+            match (plain.as_slice(), pictures.len()) {
+                (&[place], _) => (place, "the layer without a name"),
+                ([], 1) => (0, "the only layer with colours"),
+                _ => {
+                    return Err(format!(
+                        "it holds {} pictures in layers or parts; say which: layer = {}",
+                        pictures.len(),
+                        list()
+                    ));
+                }
+            }
+        }
+    };
+    let planes = pictures[place].1;
+    let taken: Vec<&str> = planes.iter().map(|&plane| open.channels[plane].name.as_str()).collect();
+    report.take("radiance", &taken.join(", "), "", why);
+    let others = open.channels.iter().enumerate().filter(|(other, _)| !planes.contains(other));
+    let others: Vec<&str> = others.map(|(_, channel)| channel.name.as_str()).collect();
+    if !others.is_empty() {
+        report.drop(format!("the channels {}", listed(others)));
+    }
+    Ok(planes)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::io::Cursor;
+
     use exr::prelude::*;
+
+    use super::{EnvironmentMap, Watch};
+
+    fn decode(bytes: &[u8]) -> std::result::Result<EnvironmentMap, String> {
+        super::decode(bytes, None, &Watch::new()).map(|(map, _)| map)
+    }
 
     /// An OpenEXR file of 4 x 2 single-precision pixels, every value of a channel `value` but the last texel's.
     fn file(channels: &[(&str, f32, f32)], change: impl Fn(&mut Image<Layer<AnyChannels<FlatSamples>>>)) -> Vec<u8> {

@@ -24,6 +24,26 @@ pub fn check_size(width: usize, height: usize, channels: usize) -> Result<(), St
     Ok(())
 }
 
+/// Whether `declared` bytes of pixels can come out of a file of `present` bytes, at most `ratio` for one: a header of some
+/// dozen bytes can declare any size.
+pub fn check_ratio(declared: u64, present: u64, ratio: u64, format: &str) -> Result<(), String> {
+    // A kibibyte to start with: the smallest files are all header.
+    if declared > present.saturating_mul(ratio).saturating_add(1024) {
+        return Err(format!(
+            "damaged {format}: its header declares {declared} bytes of pixels, the file has {present} bytes"
+        ));
+    }
+    Ok(())
+}
+
+/// Whether that many bytes can be had. Decoders reserve theirs without asking, and a refusal would end the process.
+pub fn room(bytes: u64) -> Result<(), String> {
+    let wanted = usize::try_from(bytes).map_err(|_| format!("it needs {bytes} bytes of memory"))?;
+    Vec::<u8>::new()
+        .try_reserve_exact(wanted)
+        .map_err(|_| format!("it needs {} MiB of memory, which this process cannot have", bytes.div_ceil(1 << 20)))
+}
+
 /// Holds the lengths of planes against the size of the picture.
 pub fn check_planes(width: u32, height: u32, planes: &[(&str, usize, usize)]) -> Result<(), FileError> {
     if width == 0 || height == 0 {
@@ -44,6 +64,14 @@ pub fn check_planes(width: u32, height: u32, planes: &[(&str, usize, usize)]) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_declared_is_held_against_what_is_there() {
+        assert!(check_ratio(1 << 30, 53, 1032, "PNG").unwrap_err().contains("declares 1073741824 bytes"));
+        assert!(check_ratio(1000, 53, 1032, "PNG").is_ok());
+        assert!(room(1 << 20).is_ok());
+        assert!(room(u64::MAX).is_err() && room(1 << 62).unwrap_err().contains("cannot have"));
+    }
 
     #[test]
     fn sizes_are_bounded_before_memory_is_asked_for() {

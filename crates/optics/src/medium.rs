@@ -14,7 +14,6 @@
 //! ```
 
 mod catalogue;
-mod csv;
 mod formula;
 mod mixture;
 mod number;
@@ -30,6 +29,7 @@ pub use formula::Formula;
 use mixture::Part;
 pub use mixture::Rule;
 use number::{short_nm, short_range};
+use rows::{Columns, Repeated, Row, tables};
 
 /// Colour sums and renders ask for these wavelengths (nm); built-in media answer on all of them.
 pub const VISIBLE_NM: (f64, f64) = (360.0, 830.0);
@@ -171,20 +171,35 @@ impl Medium {
         yaml::read(text, label)
     }
 
-    /// Reads a table `nm, n [, k]` with an optional header. `label` names it in errors.
+    /// A table of n, or of n and k, as measured: linear between its rows, which may stand in any order. `label` names it, also
+    /// in errors; `note` is kept beside it.
     ///
-    /// Separators: comma, semicolon, tab or spaces; `#` starts a comment. Rows may stand in any order;
-    /// a wavelength given twice with different values is an error.
-    pub fn from_csv(text: &str, label: &str) -> Result<Medium, OpticsError> {
-        csv::read(text, label)
-    }
-
-    /// Reads either form: YAML when a line starts with `DATA:` or the label ends in `.yml` or `.yaml`, else CSV.
-    pub fn from_text(text: &str, label: &str) -> Result<Medium, OpticsError> {
-        let lower = label.to_ascii_lowercase();
-        let yaml =
-            lower.ends_with(".yml") || lower.ends_with(".yaml") || text.lines().any(|line| line.starts_with("DATA:"));
-        if yaml { Medium::from_yaml(text, label) } else { Medium::from_csv(text, label) }
+    /// Each row is its line in the file that it came from, the vacuum wavelength in nm, n and k (0 where there is none). A
+    /// wavelength given twice with different values is an error.
+    ///
+    /// ```
+    /// use iridesce_optics::{Beyond, Medium};
+    /// let glass = Medium::from_rows(&[(1, 400.0, 1.54, 0.0), (2, 700.0, 1.51, 0.0)], false, "glass", "")?;
+    /// assert_eq!(glass.index(550.0, Beyond::Refuse)?.re, 1.525);
+    /// # Ok::<(), iridesce_optics::OpticsError>(())
+    /// ```
+    pub fn from_rows(
+        rows: &[(usize, f64, f64, f64)],
+        has_k: bool,
+        label: &str,
+        note: &str,
+    ) -> Result<Medium, OpticsError> {
+        if rows.is_empty() {
+            return Err(OpticsError::Data(format!("{label}: holds no rows of nm, n [, k]")));
+        }
+        let checked = |&(line, nm, n, k): &(usize, f64, f64, f64)| {
+            Row::new(line, Columns::NK, &[nm, n, k]).map_err(|why| OpticsError::Data(format!("{label}:{line}: {why}")))
+        };
+        let rows = rows.iter().map(checked).collect::<Result<Vec<Row>, OpticsError>>()?;
+        let (n, k, _) = tables(rows, Repeated::Refuse, label)?;
+        let data =
+            Data { n: Real::Table(n), k: has_k.then_some(k), source: format!("file {label}"), note: note.to_owned() };
+        Medium::from_data(data, label)
     }
 
     /// Two passive media mixed more finely than the wavelength, by an effective-medium rule; known where both are.

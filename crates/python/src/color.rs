@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use iridesce::files::read_lamp;
 use iridesce::numerics::Watch;
 use iridesce::optics::color::gamut::{Gamut, Mapping};
 use iridesce::optics::color::{
@@ -13,6 +14,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, P
 use pyo3::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::files::{PyReport, plain};
 use crate::interrupt::{Long, beside};
 use crate::medium::Medium;
 
@@ -68,9 +70,11 @@ impl Illuminant {
         Ok(Illuminant { inner: color::Illuminant::named(name)? })
     }
 
+    /// The lamp in the bytes of a file, and how they were understood.
     #[staticmethod]
-    fn from_csv(text: &str, label: &str) -> Result<Illuminant> {
-        Ok(Illuminant { inner: color::Illuminant::from_csv(text, label)? })
+    fn from_bytes(bytes: &[u8], label: &str) -> Result<(Illuminant, PyReport)> {
+        let (inner, report) = read_lamp(bytes, label).map_err(Error::value)?;
+        Ok((Illuminant { inner }, plain(report)))
     }
 
     #[getter]

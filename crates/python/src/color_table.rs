@@ -10,6 +10,7 @@ use iridesce::optics::color::{
 use iridesce::optics::{OpticsError, Polarization};
 use numpy::{PyReadonlyArray1, PyReadwriteArray2};
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 use rayon::prelude::*;
 
 use crate::color::Illuminant;
@@ -31,6 +32,7 @@ type SavedTable<'py> = (PyRef<'py, ColorTable>, String, Vec<(String, PyFact)>);
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<ColorTable>()?;
     module.add_function(wrap_pyfunction!(color_tables_read, module)?)?;
+    module.add_function(wrap_pyfunction!(color_tables_bytes, module)?)?;
     module.add_function(wrap_pyfunction!(color_tables_save, module)?)
 }
 
@@ -165,4 +167,13 @@ fn color_tables_save(py: Python<'_>, path: PathBuf, tables: Vec<SavedTable<'_>>)
     let tables: Vec<_> = tables.into_iter().map(|(table, name, words)| (table, name, facts(words))).collect();
     let tables: Vec<_> = tables.iter().map(|(table, name, facts)| (&table.inner, name.as_str(), &facts[..])).collect();
     Ok(beside(py, Long::default(), |watch| files::write_color_tables(&path, &tables, &|| watch.is_stopped()))??)
+}
+
+/// The same file in memory.
+#[pyfunction]
+fn color_tables_bytes<'py>(py: Python<'py>, tables: Vec<SavedTable<'py>>) -> Result<Bound<'py, PyBytes>> {
+    let tables: Vec<_> = tables.into_iter().map(|(table, name, words)| (table, name, facts(words))).collect();
+    let tables: Vec<_> = tables.iter().map(|(table, name, facts)| (&table.inner, name.as_str(), &facts[..])).collect();
+    let bytes = beside(py, Long::default(), |_| files::color_tables_bytes(&tables))??;
+    Ok(PyBytes::new(py, &bytes))
 }

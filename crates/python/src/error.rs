@@ -131,7 +131,7 @@ impl From<FileError> for Error {
                     ErrorKind::ReadOnlyFilesystem => 30,
                     _ => 5,
                 });
-                let message = format!("cannot write the picture: {source}");
+                let message = format!("cannot be written: {source}");
                 Error(PyOSError::new_err((errno, message, path.into_os_string())))
             }
             FileError::Cancelled => Error(PyRuntimeError::new_err(error.to_string())),

@@ -10,6 +10,7 @@ mod color_table;
 mod derivatives;
 mod error;
 mod fields;
+mod files;
 mod flow;
 mod image;
 mod interrupt;
@@ -36,6 +37,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     scene::register(module)?;
     render::register(module)?;
     image::register(module)?;
+    files::register(module)?;
     pool::register(module)
 }
 

@@ -1,10 +1,12 @@
 //! Bindings of the medium stage.
 
+use iridesce::files::read_medium;
 use iridesce::optics::{Beyond, Complex64, Medium as Inner, OpticsError, medium};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::files::{PyReport, plain};
 use crate::interrupt::{Long, beside, released};
 
 /// Wavelengths between two looks at whether Ctrl-C was pressed: some milliseconds of the slowest formula.
@@ -31,10 +33,13 @@ impl Medium {
         wrap(Inner::named(name))
     }
 
-    /// A page of refractiveindex.info (YAML) or a CSV table, told apart by content and label.
+    /// A page of refractiveindex.info (YAML) or a table, told apart by content and label: the medium, the text of the file, and
+    /// how it was understood.
     #[staticmethod]
-    fn from_text(py: Python<'_>, text: &str, label: &str) -> Result<Medium> {
-        wrap(beside(py, Long::threads(Some(1)), |_| Inner::from_text(text, label))?)
+    fn from_bytes(py: Python<'_>, bytes: &[u8], label: &str) -> Result<(Medium, String, PyReport)> {
+        let read = beside(py, Long::threads(Some(1)), |_| read_medium(bytes, label))?;
+        let (inner, text, report) = read.map_err(Error::value)?;
+        Ok((Medium { inner }, text, plain(report)))
     }
 
     /// Two media with their volumes, mixed by a rule.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use iridesce::files::{read_thickness_map, thickness_exr};
+use iridesce::files::{MapChoice, read_thickness_map, thickness_exr};
 use iridesce::thickness::{ThicknessError, ThicknessMap as InnerMap, ThicknessModel};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::error::{Error, Result};
+use crate::files::{PyReport, plain};
 use crate::interrupt::{Long, beside};
 
 /// A thickness model.
@@ -142,18 +143,21 @@ impl ThicknessMap {
 
 /// The map in a file.
 #[pyfunction]
-fn load_thickness_map(
-    py: Python<'_>,
+fn load_thickness_map<'py>(
+    py: Python<'py>,
     path: PathBuf,
     min_nm: Option<f64>,
     max_nm: Option<f64>,
-) -> Result<Bound<'_, PyArray2<f64>>> {
-    let read = beside(py, Long::default(), |_| read_thickness_map(&path, min_nm, max_nm))?;
-    let map = read.map_err(|e| match e.key {
+    channel: Option<&str>,
+    page: Option<usize>,
+) -> Result<(Bound<'py, PyArray2<f64>>, PyReport)> {
+    let choice = MapChoice { channel, page };
+    let read = beside(py, Long::default(), |watch| read_thickness_map(&path, min_nm, max_nm, &choice, watch))?;
+    let (map, report) = read.map_err(|e| match e.key {
         "path" => Error::value(format!("{:?} {}", path.display().to_string(), e.message)),
         _ => e.into(),
     })?;
-    map_array(py, Arc::unwrap_or_clone(map))
+    Ok((map_array(py, Arc::unwrap_or_clone(map))?, plain(report)))
 }
 
 /// Adds this stage's names to `_core`.

@@ -1,6 +1,6 @@
 //! Lights: environments from maps, illuminants, the built-in studio and sky.
 
-use iridesce_files::{quoted, read_whole};
+use iridesce_files::{MAX_LAMP_BYTES, quoted, read_lamp, read_whole};
 use iridesce_optics::color::{Illuminant, illuminant_names};
 
 use crate::error::SceneError;
@@ -10,8 +10,6 @@ use crate::reader::{Table, suggestion};
 use crate::schema;
 use crate::tree::Node;
 
-/// Largest table of an illuminant; one of 0.1 nm steps has 100 KiB.
-const MAX_CSV_BYTES: u64 = 16 << 20;
 /// Longest name of an illuminant: a list of lines can be some hundred letters long.
 const MAX_NAME: usize = 10_000;
 
@@ -47,9 +45,8 @@ fn environment(node: &Node, path: &str, origin: &Origin) -> Result<(Environment,
 pub fn illuminant(name: &str, origin: &Origin) -> Result<Illuminant, SceneError> {
     if name.to_lowercase().ends_with(".csv") {
         let bad = |why: String| SceneError::new(format!("{} cannot be used as an illuminant: {why}", quoted(name)));
-        let bytes = read_whole(&origin.resolve(name)?, MAX_CSV_BYTES).map_err(bad)?;
-        let text = String::from_utf8(bytes).map_err(|_| bad("it is not a text".to_owned()))?;
-        return Illuminant::from_csv(&text, name).map_err(|e| SceneError::new(e.to_string()));
+        let bytes = read_whole(&origin.resolve(name)?, MAX_LAMP_BYTES).map_err(bad)?;
+        return read_lamp(&bytes, name).map(|(lamp, _)| lamp).map_err(SceneError::new);
     }
     if name.len() > MAX_NAME {
         return Err(SceneError::new(format!("no illuminant is called {}", quoted(name))));

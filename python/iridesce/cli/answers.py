@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import json
 import os
@@ -10,6 +11,9 @@ from collections.abc import Callable
 from typing import Any, ParamSpec
 
 from iridesce.cli.exit_codes import DONE, FAILED, INTERRUPTED, exit_code, message
+
+# Letters of a message: a list of all known names fits, a file quoted by the kilobyte does not.
+_LONGEST = 2000
 
 P = ParamSpec("P")
 
@@ -32,10 +36,8 @@ def answers_errors(verb: Callable[P, None]) -> Callable[P, None]:
         try:
             verb(*args, **kwargs)
             sys.stdout.flush()
-        except BrokenPipeError:
-            # The reader of our output (`| head`) has gone: stop quietly, and keep Python from complaining at exit.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            sys.exit(FAILED)
+        except BrokenPipeError as error:
+            sys.exit(lost(error))
         except KeyboardInterrupt:
             sys.exit(say("interrupted; files that were there before are as they were", INTERRUPTED, label="note"))
         except Exception as error:
@@ -61,13 +63,51 @@ def say(line: str, code: int, label: str = "error") -> int:
     color = {"error": "31", "note": "33"}[label]
     if sys.stderr.isatty() and not os.environ.get("NO_COLOR"):
         label = f"\x1b[{color}m{label}\x1b[0m"
-    print(f"{label}: {line}", file=sys.stderr, flush=True)
+    # Where nobody can read it (stderr is full, or closed), the code says it all.
+    with contextlib.suppress(OSError, ValueError):
+        print(f"{label}: {_harmless(line)}", file=sys.stderr, flush=True)
     return code
 
 
 def note(text: str) -> None:
-    """What is told beside the answer."""
-    print(text, file=sys.stderr)
+    """What is told beside the answer; that nobody can read it is no reason to fail."""
+    with contextlib.suppress(OSError, ValueError):
+        print(_harmless(text), file=sys.stderr)
+
+
+def _harmless(line: str) -> str:
+    """A line as a terminal may show it: no control characters but line ends, and none of a file's words by the kilobyte."""
+    clean = "".join(
+        letter if letter.isprintable() or letter == "\n" else letter.encode("unicode_escape").decode("ascii")
+        for letter in line[:_LONGEST]
+    )
+    return clean if len(line) <= _LONGEST else f"{clean}..."
+
+
+def open_streams() -> None:
+    """A stream that the caller closed (``>&-``) becomes one to nowhere: nobody reads it, and no file that is opened later may
+    get its number.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is not None:
+            continue
+        nowhere = os.open(os.devnull, os.O_RDWR)
+        if nowhere != number:
+            os.dup2(nowhere, number)
+            os.close(nowhere)
+        setattr(sys, name, os.fdopen(number, "r" if number == 0 else "w"))
+
+
+def lost(error: OSError) -> int:
+    """The exit code where the answer could not be written, said in words but for a pipe whose reader has gone (`| head`).
+
+    What is left of the answer is dropped: Python would complain of it at exit.
+    """
+    with contextlib.suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    if isinstance(error, BrokenPipeError):
+        return FAILED
+    return say(f"the answer could not be written: {error.strerror or error}", FAILED)
 
 
 def print_json(value: Any) -> None:

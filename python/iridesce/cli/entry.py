@@ -6,11 +6,12 @@ Only the standard library is imported here at first. Everything heavy is importe
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from typing import TYPE_CHECKING
 
-from iridesce.cli.answers import answers_errors, say
-from iridesce.cli.exit_codes import INTERRUPTED, MEANING
+from iridesce.cli.answers import answers_errors, lost, open_streams, say
+from iridesce.cli.exit_codes import DONE, INTERRUPTED, MEANING
 
 if TYPE_CHECKING:
     from typer import Typer
@@ -32,10 +33,24 @@ def main() -> None:
     Raises
         SystemExit: always; 0 done, 1 failed, 2 wrong usage, 3 bad input, 4 resource limit, 130 interrupted.
     """
+    open_streams()
+    code: object = DONE
     try:
         application()(prog_name="iridesce")
+    except SystemExit as leaving:
+        code = leaving.code
     except KeyboardInterrupt:
-        sys.exit(say("interrupted", INTERRUPTED, label="note"))
+        code = say("interrupted", INTERRUPTED, label="note")
+    except OSError as error:
+        # (Those of verbs are answered there: this is help, or a list, that could not be written.)
+        code = lost(error)
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        code = lost(error)
+    with contextlib.suppress(OSError):
+        sys.stderr.flush()
+    sys.exit(code)  # type: ignore[arg-type]
 
 
 def application() -> Typer:

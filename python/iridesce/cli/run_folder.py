@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from iridesce.files.trees import NotATree, from_json
-from iridesce.files.whole import check_place, write_whole
+from iridesce.files.whole import check_place, read_whole, write_whole
 
 _NAME = "run.json"
+# A scene of ten thousand objects, and then some.
+_MOST_BYTES = 64 << 20
 
 
 @dataclass(frozen=True)
@@ -47,9 +49,9 @@ class RunFolder:
         if not description.exists():
             raise ValueError(f"{self.folder} holds no {self.what.removeprefix('a ')} to resume: no {_NAME}")
         try:
-            before = from_json(description.read_bytes(), str(description))
+            before = from_json(read_whole(str(description), _MOST_BYTES), str(description))
             differing = [key for key, value in self.asked.items() if before[key] != value]
-        except (NotATree, KeyError, TypeError):
+        except (NotATree, KeyError, TypeError, AttributeError):
             raise ValueError(f"{description} is not the description of {self.what}") from None
         if differing:
             key = differing[0]

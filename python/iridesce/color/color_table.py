@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import errno
 import os
 import warnings
 from html import escape
@@ -19,6 +20,7 @@ from iridesce.arguments.scalars import checked_threads, file_name, one_of
 from iridesce.color.light import Illuminant
 from iridesce.color.light import illuminant as named_illuminant
 from iridesce.color.spaces import SPACES
+from iridesce.files.whole import read_whole
 from iridesce.image import Image
 from iridesce.optics.multilayer import Multilayer
 
@@ -160,11 +162,11 @@ class ColorTable:
         True
         """
         name = file_name(path, (".exr",))
-        file = Path(name)
-        if file.stat().st_size > _MOST_BYTES:
-            raise ValueError(f"{name}: a colour table has at most {_MOST_BYTES} bytes, this file has more")
+        if not Path(name).exists():
+            raise FileNotFoundError(errno.ENOENT, "no such file", name)
+        content = read_whole(name, _MOST_BYTES, "no colour table is")
         try:
-            return cls._of_parts(_core.color_tables_read(file.read_bytes()))
+            return cls._of_parts(_core.color_tables_read(content))
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from None
 
@@ -319,13 +321,23 @@ class ColorTable:
         if name.lower().endswith(".png"):
             self.ramp().save(name)
             return
+        _core.color_tables_save(name, self._saved())
+
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]:
+        return _of_bytes, (_core.color_tables_bytes(self._saved()),)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> ColorTable:
+        return self  # immutable
+
+    def _saved(self) -> list[tuple[Any, str, list[tuple[str, str | int | float]]]]:
+        """The parts with their names and facts, as the core writes them."""
         common = [(key, _escaped(value)) for key, value in self._facts.items()]
         software = ("Software", f"iridesce {_core.__version__}")
         parts: list[tuple[Any, str, list[tuple[str, str | int | float]]]] = []
         for (light, what), table in self._parts.items():
             own = [("illuminant", _escaped(light)), ("quantity", what)]
             parts.append((table, _escaped(f"{light} {what}"), [software, *common, *own]))
-        _core.color_tables_save(name, parts)
+        return parts
 
     @property
     def max_delta_e(self) -> float:
@@ -515,3 +527,7 @@ def _unescaped(text: str) -> str:
         return text.encode("ascii").decode("unicode_escape")
     except UnicodeError:
         raise ValueError(f"the attribute {text!r} is no text of a colour table") from None
+
+
+def _of_bytes(content: bytes) -> ColorTable:
+    return ColorTable._of_parts(_core.color_tables_read(content))

@@ -15,9 +15,10 @@ from iridesce._notebook import swatch
 from iridesce.arguments.operands import Floats, reals, scalar
 from iridesce.arguments.scalars import text
 from iridesce.color.screen import chromatic
+from iridesce.files.report import ReadReport
+from iridesce.files.whole import read_whole
 
 _CSV_SUFFIXES = {".csv", ".txt", ".tsv"}
-_CSV_LIMIT_BYTES = 16 * 2**20
 
 
 class Illuminant:
@@ -31,26 +32,30 @@ class Illuminant:
     ((589.158, 2.0), (589.756, 1.0))
     """
 
-    __slots__ = ("_core", "_origin")
+    __slots__ = ("_core", "_origin", "_read")
 
     _core: Any
     _origin: tuple[str, ...]
+    _read: ReadReport | None
 
     def __init__(self, name: str | os.PathLike[str] | Illuminant) -> None:
         made = illuminant(name)
-        self._core, self._origin = made._core, made._origin
+        self._core, self._origin, self._read = made._core, made._origin, made._read
 
     @classmethod
     def _wrap(cls, core: Any, *origin: str) -> Illuminant:
         made = object.__new__(cls)
-        made._core, made._origin = core, origin
+        made._core, made._origin, made._read = core, origin, None
         return made
 
     @classmethod
     def from_csv(cls, text: str, label: str = "csv") -> Illuminant:
         """A light source from CSV text: lines ``wavelength_nm,power``, header and ``#`` comments optional.
 
-        text      wavelengths in vacuum nm, ascending; power >= 0; linear between the rows, zero outside
+        Columns, separators, decimal commas, units and the order of the rows are read as those of spectra are; power a little
+        below 0 is noise and counts as 0.
+
+        text      wavelengths in vacuum nm (or as the column's name says); power >= 0; linear between the rows, zero outside
         label     its name, also in errors
         Returns   Illuminant
         Raises    ValueError naming the line
@@ -58,7 +63,19 @@ class Illuminant:
         >>> Illuminant.from_csv("nm,power\\n400,1\\n700,4", "lamp").power(500.0)
         2.0
         """
-        return cls._wrap(_core.Illuminant.from_csv(text, label), text, label)
+        return cls._from_bytes(text.encode("utf-8", "surrogateescape"), label)
+
+    @classmethod
+    def _from_bytes(cls, content: bytes, label: str) -> Illuminant:
+        core, plain = _core.Illuminant.from_bytes(content, label)
+        made = cls._wrap(core, content.decode("utf-8", "surrogateescape"), label)
+        made._read = ReadReport.of_core(plain)
+        return made
+
+    @property
+    def read(self) -> ReadReport | None:
+        """How its table was understood: columns, units and why (`ReadReport`); None for a light that is no table's."""
+        return self._read
 
     @property
     def name(self) -> str:
@@ -163,7 +180,7 @@ def illuminant(name: str | os.PathLike[str] | Illuminant) -> Illuminant:
         except ValueError:
             if not _is_file_name(named):
                 raise
-    return Illuminant.from_csv(_read_csv(Path(named)), named)
+    return Illuminant._from_bytes(_read_lamp(named), named)
 
 
 def _is_file_name(text: str) -> bool:
@@ -173,18 +190,11 @@ def _is_file_name(text: str) -> bool:
         return False
 
 
-def _read_csv(path: Path) -> str:
+def _read_lamp(name: str) -> bytes:
     try:
-        with path.open("rb") as file:
-            data = file.read(_CSV_LIMIT_BYTES + 1)
-    except (OSError, ValueError) as error:
-        raise ValueError(f"illuminant file {str(path)!r} cannot be read: {error}") from None
-    if len(data) > _CSV_LIMIT_BYTES:
-        raise ValueError(f"illuminant file {str(path)!r} is larger than 16 MiB: not a table of a lamp")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise ValueError(f"illuminant file {str(path)!r} is not text (UTF-8)") from None
+        return read_whole(name, _core.MAX_LAMP_BYTES, "no table of a lamp is")
+    except ValueError as error:
+        raise ValueError(f"illuminant file {name!r} cannot be read: {error}") from None
 
 
 def illuminants() -> list[str]:

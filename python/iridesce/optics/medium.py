@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce._notebook import facts_html
+from iridesce.files.report import ReadReport
 from iridesce.files.whole import read_whole
 
 MediumLike: TypeAlias = "str | complex | Medium"
@@ -49,7 +50,7 @@ class Medium:
     ValueError: unknown medium "sopa"; did you mean "soap"?...
     """
 
-    __slots__ = ("_core", "_origin")
+    __slots__ = ("_core", "_origin", "_read")
 
     _core: _core.Medium
     # What it was made from, which also says when two are equal: (kind, content[, label]).
@@ -71,13 +72,16 @@ class Medium:
 
         YAML: dispersion formulas 1 to 9, ``tabulated n``, ``tabulated k``, ``tabulated nk``; wavelengths in um, as
         downloaded. Recognised by a line ``DATA:`` or the suffix ``.yml`` or ``.yaml``.
-        CSV: rows ``nm, n`` or ``nm, n, k``; a header is optional; separators comma, semicolon, tab or spaces; ``#``
-        starts a comment. In both, rows may stand in any order. Between rows the index is linear in wavelength.
+        Text: rows ``nm, n`` or ``nm, n, k``; a header is optional; separators comma, semicolon, tab or spaces, decimal
+        point or comma; ``#`` starts a comment. Names of columns count: ``um``, ``eV`` and their like, ``k`` before ``n``,
+        ``e1`` and ``e2`` of a permittivity (n + ik = sqrt(e1 + i e2)); others are refused. The blocks ``wl,n`` and ``wl,k``
+        of refractiveindex.info are in um. In all, rows may stand in any order. Between rows the index is linear in
+        wavelength.
         The file is read whole, at once, and may be 16 MiB long.
 
         path      the file
         Returns   Medium, named by its path
-        Raises    ValueError naming the file, the line and what is wrong: missing, a folder, unreadable, not UTF-8 text,
+        Raises    ValueError naming the file, the line and what is wrong: missing, a folder, unreadable, no ordinary file,
                   of another kind, not finite, n < 0, a wavelength <= 0, a CSV wavelength given twice with other values
 
         >>> import pathlib, tempfile
@@ -88,15 +92,24 @@ class Medium:
         >>> round(float(glass.index(550.0).real), 6)
         1.525
         """
-        label, text = _read(path)
-        return cls._from_text(text, label)
+        return cls._from_bytes(*_read(path))
+
+    @classmethod
+    def _from_bytes(cls, label: str, content: bytes) -> Medium:
+        medium = cls.__new__(cls)
+        medium._core, text, plain = _core.Medium.from_bytes(content, label)
+        medium._origin = ("text", text, label)
+        medium._read = ReadReport.of_core(plain)
+        return medium
 
     @classmethod
     def _from_text(cls, text: str, label: str) -> Medium:
-        medium = cls.__new__(cls)
-        medium._core = _core.Medium.from_text(text, label)
-        medium._origin = ("text", text, label)
-        return medium
+        return cls._from_bytes(label, text.encode())
+
+    @property
+    def read(self) -> ReadReport | None:
+        """How its file was understood: columns, units and why (`ReadReport`); None for a medium that is no file's."""
+        return getattr(self, "_read", None)
 
     @classmethod
     def mixture(
@@ -332,7 +345,7 @@ def _by_name(name: str) -> tuple[_core.Medium, str]:
             if Path(name).suffix.lower() in _FILE_SUFFIXES:
                 raise error from None
             raise unknown from None
-    return _core.Medium.from_text(_read(page.file)[1], page.name), page.name
+    return _core.Medium.from_bytes(_read(page.file)[1], page.name)[0], page.name
 
 
 def _named(name: str) -> _core.Medium:
@@ -414,16 +427,11 @@ def _real_array(values: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
     return np.asarray(array, dtype=np.float64, order="C")
 
 
-def _read(path: str | os.PathLike[str]) -> tuple[str, str]:
-    """Name and text of a file; every way in which it cannot be read is a `ValueError` naming it."""
+def _read(path: str | os.PathLike[str]) -> tuple[str, bytes]:
+    """Name and bytes of a file; every way in which it cannot be read is a `ValueError` naming it."""
     if not isinstance(path, str | os.PathLike):
         raise ValueError(f"path must be a path, got {_shown(path)}")
     label = os.fspath(path)
     if not isinstance(label, str):
         label = os.fsdecode(label)
-    content = read_whole(label, _core.MEDIUM_TEXT_BYTES, "no table of an index needs")
-    try:
-        return label, content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise ValueError(f"{label}:{line}: is not text in UTF-8 (byte 0x{content[error.start]:02x})") from None
+    return label, read_whole(label, _core.MEDIUM_TEXT_BYTES, "no table of an index needs")

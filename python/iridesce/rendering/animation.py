@@ -11,10 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from iridesce.files.trees import from_toml
-from iridesce.files.whole import check_place, write_whole
+from iridesce.files.whole import check_place, read_whole, write_whole
 from iridesce.scene import Scene
 
 # What a video file's ending asks of ffmpeg. Quality where nothing of the film's fine structure is lost to the eye.
+# A path of a key for each frame of an hour has some ten MiB.
+_MOST_PATH_BYTES = 16 << 20
+_MOST_FILM_BYTES = 16 << 30
+
 _CODECS = {
     ".mp4": ("-c:v", "libx264", "-preset", "slow", "-crf", "14", "-pix_fmt", "yuv420p", "-movflags", "+faststart"),
     ".mov": ("-c:v", "libx264", "-preset", "slow", "-crf", "14", "-pix_fmt", "yuv420p", "-movflags", "+faststart"),
@@ -128,12 +132,11 @@ def _shown(value: object) -> str:
 
 
 def _read_keys(file: Path, own: dict[str, Any], zoom: str) -> list[dict[str, Any]]:
+    content = read_whole(str(file), _MOST_PATH_BYTES, "no camera path is")
     try:
-        text = file.read_text(encoding="utf-8")
+        text = content.decode("utf-8")
     except UnicodeDecodeError as error:
         raise ValueError(f"{file}: no TOML file: {error}") from None
-    except OSError as error:
-        raise ValueError(f"{file}: {error.strerror}") from None
     tree = from_toml(text, str(file))
     rows = tree.get("key")
     if set(tree) != {"key"} or not isinstance(rows, list) or not rows:
@@ -227,7 +230,7 @@ def take_up_films(scene: Scene, films: Sequence[FlowingFilm], folder: Path) -> N
         kept = folder / f"film_{number}.irflow"
         if kept.exists():
             try:
-                scene._core.stand(*film.which, kept.read_bytes())
+                scene._core.stand(*film.which, read_whole(str(kept), _MOST_FILM_BYTES))
             except ValueError:
                 # Of another version perhaps: the film is made again, which takes longer and ends the same.
                 kept.unlink()

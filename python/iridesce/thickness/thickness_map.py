@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
 from iridesce.arguments.scalars import file_name, number
+from iridesce.files.report import ReadReport
 
 _TIFF = (".tif", ".tiff")
 _ENDINGS = (*_TIFF, ".exr", ".npy")
@@ -30,13 +31,14 @@ class ThicknessMap:
     (<iridesce.thickness.ThicknessMap 2 x 2, 100 to 400 nm>, 2, 2)
     """
 
-    __slots__ = ("_core", "_thickness_nm")
+    __slots__ = ("_core", "_read", "_thickness_nm")
 
     def __init__(self, thickness_nm: ArrayLike) -> None:
         values = array("thickness_nm", thickness_nm)
         if values.ndim != 2 or 0 in values.shape:
             raise ValueError(f"thickness_nm must have the shape (height, width), both >= 1, got {values.shape}")
         self._core = _core.ThicknessMap(np.ascontiguousarray(values))
+        self._read: ReadReport | None = None
         self._thickness_nm: NDArray[np.float64] = values.copy()
         self._thickness_nm.flags.writeable = False
 
@@ -78,19 +80,29 @@ class ThicknessMap:
 
     @classmethod
     def load(
-        cls, path: str | os.PathLike[str], min_nm: float | None = None, max_nm: float | None = None
+        cls,
+        path: str | os.PathLike[str],
+        min_nm: float | None = None,
+        max_nm: float | None = None,
+        *,
+        channel: str | None = None,
+        page: int | None = None,
     ) -> ThicknessMap:
         """Read a map from a file; its content tells the format, not its name.
 
-        path            OpenEXR (the channel ``thickness_nm``, or else ``Y``, ``R`` or the first), TIFF (its first
-                        page), PNG, or NPY of two dimensions; one number a pixel, row 0 on top
+        path            OpenEXR, TIFF (its orientation and ImageJ's calibration in nm or um applied), PNG, or NPY of two
+                        dimensions; one number a pixel, row 0 on top
         min_nm, max_nm  nm that 0 and the largest number of the format stand for, 0 <= min_nm <= max_nm: both are
                         needed where the file holds whole numbers of 8 or 16 bits, and refused where it holds floats,
                         which are nm already
-        Returns         ThicknessMap
+        channel         which channel: ``"part:layer.channel"`` of an OpenEXR, or as much of its end as tells it from
+                        the others; ``"R"``, ``"G"``, ``"B"``, ``"A"`` of a picture in colour (glTF: G). None: the only
+                        one, or the only ``thickness_nm``, ``thickness`` or ``Z``
+        page            which page of a TIFF, 1 is the first; None: the only one
+        Returns         ThicknessMap; how the file was understood is in its ``read``
         Raises          ValueError naming the file and what is wrong: missing, a folder, empty, damaged, of another
-                        kind, a picture in colour, more than 2**27 cells, a value that is not finite or negative with
-                        its place; or naming ``min_nm`` or ``max_nm``
+                        kind, several channels or pages and none named, more than 2**27 cells, a value that is
+                        not finite or negative with its place; or naming ``min_nm`` or ``max_nm``
 
         >>> import pathlib, tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
@@ -103,7 +115,24 @@ class ThicknessMap:
         name = file_name(path)
         ends = {"min_nm": min_nm, "max_nm": max_nm}
         given = {key: None if value is None else number(key, value) for key, value in ends.items()}
-        return cls(_core.load_thickness_map(name, **given))
+        if not (channel is None or isinstance(channel, str)):
+            raise ValueError(f"channel must be a string or None, got {channel!r:.60}")
+        if page is not None:
+            try:
+                page = operator.index(page)
+            except TypeError:
+                raise ValueError(f"page must be a whole number >= 1 or None, got {page!r:.60}") from None
+            if not 1 <= page <= 2**31:
+                raise ValueError(f"page must be a whole number >= 1 or None, got {page!r:.60}")
+        values, plain = _core.load_thickness_map(name, given["min_nm"], given["max_nm"], channel, page)
+        made = cls(values)
+        made._read = ReadReport.of_core(plain)
+        return made
+
+    @property
+    def read(self) -> ReadReport | None:
+        """How its file was understood: channel, page, unit and why (`ReadReport`); None for a map that is no file's."""
+        return self._read
 
     def save(
         self,

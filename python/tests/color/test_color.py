@@ -154,8 +154,8 @@ def test_bad_illuminant_files(tmp_path: Path) -> None:
     for content, wanted in [
         (b"", "two rows"),
         (b"400,1\n500,", "lamp.csv:2"),
-        (b"\xff\xfe\x00binary\x00", "not text"),
-        (b"400,1\n300,1\n", "ascend"),
+        (b"\xff\xfe\x00binary\x00", "two rows"),
+        (b"400,1\n400,2\n", "stands on line 1 too"),
         (b"x" * (16 * 2**20 + 1), "16 MiB"),
     ]:
         file = tmp_path / "lamp.csv"

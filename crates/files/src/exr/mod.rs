@@ -4,6 +4,6 @@ mod open;
 mod picture;
 mod table;
 
-pub use open::open_exr;
+pub use open::{Channel, OpenExr, open_exr};
 pub use picture::{Planes, write_exr};
-pub use table::{Table, read_tables, write_tables};
+pub use table::{Table, read_tables, tables_bytes, write_tables};

@@ -36,6 +36,34 @@ pub struct Table {
 
 /// Writes tables, a part of the file each, as a whole EXR file or none.
 pub fn write_tables(path: &Path, tables: &[Table], stop: Stop<'_>) -> Result<(), FileError> {
+    let image = image_of(tables, stop)?;
+    write_whole(path, stop, |out| {
+        let mut buffered = BufWriter::new(&mut *out);
+        image.write().to_buffered(&mut buffered).map_err(io_error)?;
+        buffered.flush()?;
+        drop(buffered);
+        sort_attributes(out)
+    })
+}
+
+/// The same file in memory.
+pub fn tables_bytes(tables: &[Table]) -> Result<Vec<u8>, FileError> {
+    let image = image_of(tables, &|| false)?;
+    let mut out = Cursor::new(Vec::new());
+    let written = image.write().to_buffered(&mut out).map_err(io_error).and_then(|()| sort_attributes(&mut out));
+    written.map_err(|error| FileError::Argument(format!("the tables cannot be written as OpenEXR: {error}")))?;
+    Ok(out.into_inner())
+}
+
+fn io_error(error: exr::error::Error) -> io::Error {
+    match error {
+        exr::error::Error::Io(source) => source,
+        other => io::Error::other(other.to_string()),
+    }
+}
+
+/// Tables as parts of an image.
+fn image_of(tables: &[Table], stop: Stop<'_>) -> Result<Image<Layers<AnyChannels<FlatSamples>>>, FileError> {
     let most = i32::MAX as usize;
     if !(1..=MOST_TABLES).contains(&tables.len()) {
         return Err(FileError::Argument(format!("a file takes 1 to {MOST_TABLES} tables, got {}", tables.len())));
@@ -71,17 +99,7 @@ pub fn write_tables(path: &Path, tables: &[Table], stop: Stop<'_>) -> Result<(),
         whole = Vec2(whole.0.max(*width), whole.1.max(*height));
         layers.push(Layer::new(Vec2(*width, *height), attributes, ENCODING, AnyChannels::sort(channels)));
     }
-    let image = Image { attributes: ImageAttributes::new(IntegerBounds::from_dimensions(whole)), layer_data: layers };
-    write_whole(path, stop, |out| {
-        let mut buffered = BufWriter::new(&mut *out);
-        image.write().to_buffered(&mut buffered).map_err(|error| match error {
-            exr::error::Error::Io(source) => source,
-            other => io::Error::other(other.to_string()),
-        })?;
-        buffered.flush()?;
-        drop(buffered);
-        sort_attributes(out)
-    })
+    Ok(Image { attributes: ImageAttributes::new(IntegerBounds::from_dimensions(whole)), layer_data: layers })
 }
 
 /// Reads tables from the bytes of an EXR file; facts of other kinds than ours are left out.

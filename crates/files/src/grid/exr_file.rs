@@ -1,36 +1,75 @@
-//! OpenEXR: floats in nm, in the channel `thickness_nm`, or else `Y`, `R` or the first.
+//! OpenEXR: floats in nm, in the channel that the caller names, or the only one that can be meant.
 
 use std::io::Cursor;
 
 use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage};
+use iridesce_numerics::Watch;
 use iridesce_thickness::ThicknessMap;
 
-use super::{Plane, Samples};
-use crate::exr::open_exr;
+use super::{MapChoice, Plane, Samples, no_page};
+use crate::exr::{OpenExr, open_exr};
+use crate::report::ReadReport;
+use crate::words::quoted;
 
 /// The channel that thickness maps and rendered pictures call so.
 const CHANNEL: &str = "thickness_nm";
+/// Names of a thickness, the surest first; `Z` only as it stands, without a layer: `depth.Z` is no thickness.
+const NAMES: [&str; 3] = [CHANNEL, "thickness", "Z"];
 
-pub fn read(bytes: &[u8]) -> Result<Plane, String> {
-    let layer = open_exr(bytes)?.layer_data;
-    let (width, height) = (layer.size.x(), layer.size.y());
-    let channels = &layer.channel_data.list;
-    // Also in a named layer: `film.thickness_nm`.
-    let find = |wanted: &str| {
-        channels.iter().find(|channel| {
-            let name = channel.name.to_string();
-            name.rsplit('.').next().is_some_and(|last| last.eq_ignore_ascii_case(wanted))
-        })
+pub fn read(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch, report: &mut ReadReport) -> Result<Plane, String> {
+    no_page(choice, "OpenEXR")?;
+    let mut open = open_exr(bytes, watch)?;
+    let (place, why) = match choice.channel {
+        Some(asked) => (open.named(asked)?, "channel ="),
+        None => only(&open)?,
     };
-    let channel = [CHANNEL, "Y", "R"].into_iter().find_map(find).or(channels.first()).ok_or("it has no channels")?;
-    if matches!(channel.sample_data, FlatSamples::U32(_)) {
-        return Err(format!("its channel {} holds whole numbers; floats (nm) are read", channel.name));
+    let others: Vec<String> =
+        open.channels.iter().enumerate().filter(|(other, _)| *other != place).map(|(_, c)| c.name.clone()).collect();
+    let channel = open.channels.swap_remove(place);
+    if channel.is_whole {
+        return Err(format!("its channel {} holds whole numbers; floats (nm) are read", quoted(&channel.name)));
     }
-    let values: Vec<f64> = channel.sample_data.values_as_f32().map(f64::from).collect();
-    if values.len() != width * height {
-        return Err(format!("its channel {} has fewer values than the picture has pixels", channel.name));
+    report.take("thickness", &channel.name, "nm", why);
+    if !others.is_empty() {
+        report.drop(format!("the channels {}", crate::words::listed(others.iter().map(String::as_str))));
     }
-    Ok(Plane { width, height, samples: Samples::Nanometres(values) })
+    let mut values = Vec::with_capacity(channel.values.len());
+    for piece in channel.values.chunks(1 << 20) {
+        watch.check().map_err(|stopped| stopped.to_string())?;
+        values.extend(piece.iter().map(|&value| f64::from(value)));
+    }
+    Ok(Plane { width: channel.width, height: channel.height, samples: Samples::Nanometres(values) })
+}
+
+/// The channel that is meant where none was named: the only one (transparency apart), or the only one that is called a
+/// thickness. The order of a file or of the alphabet is no reason.
+fn only(open: &OpenExr) -> Result<(usize, &'static str), String> {
+    let solid: Vec<usize> = (0..open.channels.len()).filter(|&place| open.channels[place].short != "A").collect();
+    if let &[place] = solid.as_slice() {
+        return Ok((place, "the only one"));
+    }
+    for name in NAMES {
+        let found: Vec<usize> = (0..open.channels.len())
+            .filter(|&place| match name {
+                "Z" => open.channels[place].short == "Z",
+                _ => open.channels[place].last().eq_ignore_ascii_case(name),
+            })
+            .collect();
+        match found.as_slice() {
+            [] => {}
+            &[place] => return Ok((place, "its name")),
+            _ => break,
+        }
+    }
+    let parts = match open.parts() {
+        1 => String::new(),
+        parts => format!(" in {parts} parts"),
+    };
+    Err(format!(
+        "it holds {} channels{parts}; say which is the thickness: channel = {}",
+        open.channels.len(),
+        open.list()
+    ))
 }
 
 /// A map as an OpenEXR file: one channel `thickness_nm` of single-precision floats.

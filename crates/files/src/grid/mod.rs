@@ -7,40 +7,57 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
+use iridesce_numerics::Watch;
 use iridesce_thickness::{ThicknessError, ThicknessMap};
 
 use crate::limits::check_size;
-use crate::whole::read_whole;
+use crate::report::ReadReport;
+use crate::whole::read_whole_watched;
+use crate::words::{listed, quoted};
 
 mod exr_file;
 mod npy;
-mod png_file;
-mod tiff_file;
+pub mod png_file;
+pub mod tiff_file;
 
 pub use exr_file::thickness_exr;
 
 /// Largest file of a map: the largest map in double precision, and then some.
 pub const MAX_GRID_BYTES: u64 = 4 << 30;
 
+/// Medians of maps in nm: from a monolayer's tenth to a millimetre.
+const PLAUSIBLE_NM: std::ops::Range<f64> = 0.1..1e6;
+
 /// What a file holds: nm, or shares of a range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     values: Arc<ThicknessMap>,
     is_share: bool,
+    /// How the file was understood.
+    pub report: ReadReport,
 }
 
 /// Numbers as a decoder found them, row after row, row 0 on top.
-struct Plane {
+pub struct Plane {
     width: usize,
     height: usize,
     samples: Samples,
 }
 
-enum Samples {
+pub enum Samples {
     /// Floats: nm.
     Nanometres(Vec<f64>),
     /// Whole numbers over the largest one of their format.
     Shares(Vec<f64>),
+}
+
+/// Which part of a file is the map, where it holds several.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct MapChoice<'a> {
+    /// `part:layer.channel` of an OpenEXR file, `R`, `G`, `B` or `A` of a picture in colour.
+    pub channel: Option<&'a str>,
+    /// The page of a TIFF, the first being 1.
+    pub page: Option<usize>,
 }
 
 /// The map in a file; `min_nm` and `max_nm` are needed where it holds whole numbers, and refused where it holds floats.
@@ -49,22 +66,32 @@ pub fn read_thickness_map(
     path: &Path,
     min_nm: Option<f64>,
     max_nm: Option<f64>,
-) -> Result<Arc<ThicknessMap>, ThicknessError> {
-    let grid = read_whole(path, MAX_GRID_BYTES)
-        .and_then(|bytes| decode(&bytes))
+    choice: &MapChoice<'_>,
+    watch: &Watch,
+) -> Result<(Arc<ThicknessMap>, ReadReport), ThicknessError> {
+    let grid = read_whole_watched(path, MAX_GRID_BYTES, watch)
+        .and_then(|bytes| decode(&bytes, choice, watch))
         .map_err(|why| ThicknessError { key: "path", message: format!("cannot be used as a thickness map: {why}") })?;
-    grid.in_range(min_nm, max_nm)
+    Ok((grid.in_range(min_nm, max_nm)?, grid.report))
 }
 
-/// The grid in a file's bytes.
-pub fn decode(bytes: &[u8]) -> Result<Grid, String> {
-    let read = || match bytes {
-        [0x76, 0x2F, 0x31, 0x01, ..] => exr_file::read(bytes),
-        [0x89, b'P', b'N', b'G', ..] => png_file::read(bytes),
-        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => tiff_file::read(bytes),
-        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => npy::read(bytes),
-        [] => Err("it is empty".to_owned()),
-        _ => Err("it is no OpenEXR, TIFF, PNG or NPY file".to_owned()),
+/// The grid in a file's bytes. A watch that stops the work ends it with an error whose words do not matter.
+pub fn decode(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch) -> Result<Grid, String> {
+    let mut report = ReadReport::default();
+    let format = match bytes {
+        [0x76, 0x2F, 0x31, 0x01, ..] => "OpenEXR",
+        [0x89, b'P', b'N', b'G', ..] => "PNG",
+        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => "TIFF",
+        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => "NPY",
+        [] => return Err("it is empty".to_owned()),
+        _ => return Err("it is no OpenEXR, TIFF, PNG or NPY file".to_owned()),
+    };
+    format.clone_into(&mut report.format);
+    let read = || match format {
+        "OpenEXR" => exr_file::read(bytes, choice, watch, &mut report),
+        "PNG" => png_file::read(bytes, choice, watch, &mut report),
+        "TIFF" => tiff_file::read(bytes, choice, watch, &mut report),
+        _ => npy::read(bytes, choice, &mut report),
     };
     // A file made to trip a decoder must not take the program with it.
     let plane = catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| Err("it is damaged".to_owned()))?;
@@ -80,8 +107,23 @@ pub fn decode(bytes: &[u8]) -> Result<Grid, String> {
             values[at]
         ));
     }
+    if is_share {
+        report.note("whole numbers: 0 means min_nm, the largest of the format max_nm");
+    } else {
+        let mut some: Vec<f64> = values.iter().copied().step_by((values.len() / 4096).max(1)).collect();
+        some.sort_by(f64::total_cmp);
+        let middle = some[some.len() / 2];
+        if middle > 0.0 && !PLAUSIBLE_NM.contains(&middle) {
+            report.note(format!("half of the values lie around {middle:.3e} nm: is the map in m or um?"));
+        }
+    }
     let values = ThicknessMap::new(plane.width, plane.height, values).map_err(|e| e.to_string())?;
-    Ok(Grid { values: Arc::new(values), is_share })
+    Ok(Grid { values: Arc::new(values), is_share, report })
+}
+
+/// The grid in the bytes of a file that holds one map, without a watch.
+pub fn decode_thickness(bytes: &[u8]) -> Result<Grid, String> {
+    decode(bytes, &MapChoice::default(), &Watch::new())
 }
 
 impl Grid {
@@ -120,13 +162,42 @@ impl Grid {
     }
 }
 
-/// One number a pixel out of `channels`: a grey one, whatever transparency goes with it, or colours that are equal.
-fn grey(samples: &[f64], channels: usize) -> Result<Vec<f64>, String> {
-    let is_color = channels >= 3;
-    if is_color && samples.chunks_exact(channels).any(|p| p[0] != p[1] || p[1] != p[2]) {
-        return Err("it is a picture in colour; save it in grey, one number a pixel".into());
+/// One number a pixel: the channel that was named; or else the only one, transparency apart; or colours that are equal.
+fn one_of(
+    samples: Vec<f64>,
+    names: &[&str],
+    choice: &MapChoice<'_>,
+    report: &mut ReadReport,
+) -> Result<Vec<f64>, String> {
+    let channels = names.len();
+    let pixels = samples.chunks_exact(channels);
+    let (place, why) = match choice.channel {
+        Some(asked) => (
+            names.iter().position(|name| name.eq_ignore_ascii_case(asked.trim())).ok_or_else(|| {
+                format!("it has no channel {}; there are {}", quoted(asked), listed(names.iter().copied()))
+            })?,
+            "channel =",
+        ),
+        None if channels < 3 => (0, "the only one"),
+        None if pixels.clone().all(|p| p[0] == p[1] && p[1] == p[2]) => (0, "its colours are equal"),
+        None => {
+            return Err(
+                "it is a picture in colour; name the channel (glTF keeps thickness in green: channel = \"G\"), or \
+                        save it in grey, one number a pixel"
+                    .into(),
+            );
+        }
+    };
+    report.take("thickness", names[place], "", why);
+    Ok(if channels == 1 { samples } else { pixels.map(|p| p[place]).collect() })
+}
+
+/// Only a TIFF has pages.
+fn no_page(choice: &MapChoice<'_>, format: &str) -> Result<(), String> {
+    match choice.page {
+        None | Some(1) => Ok(()),
+        Some(page) => Err(format!("page must be 1: a file of {format} has no other, got {page}")),
     }
-    Ok(samples.chunks_exact(channels).map(|p| p[0]).collect())
 }
 
 #[cfg(test)]

@@ -2,14 +2,19 @@
 
 use exr::prelude::f16;
 
-use super::{Plane, Samples};
+use super::{MapChoice, Plane, Samples, no_page};
 use crate::limits::check_size;
-use crate::words::quoted;
+use crate::report::ReadReport;
+use crate::words::{harmless, quoted};
 
 /// Longest header: a plain two-dimensional array needs a hundred bytes.
 const MAX_HEADER: usize = 65_536;
 
-pub fn read(bytes: &[u8]) -> Result<Plane, String> {
+pub fn read(bytes: &[u8], choice: &MapChoice<'_>, report: &mut ReadReport) -> Result<Plane, String> {
+    no_page(choice, "NPY")?;
+    if let Some(channel) = choice.channel {
+        return Err(format!("channel must be left out: an NPY file has one, got {}", quoted(channel)));
+    }
     let damaged = || "damaged NPY: it ends inside its header".to_owned();
     let major = *bytes.get(6).ok_or_else(damaged)?;
     let (start, length) = match (major, bytes) {
@@ -40,6 +45,7 @@ pub fn read(bytes: &[u8]) -> Result<Plane, String> {
             quoted(kind)
         ));
     }
+    report.take("thickness", kind, "", "the only one");
     let data = &bytes[start + length..];
     let cells = width * height;
     if data.len() != cells * size {
@@ -101,6 +107,6 @@ fn shape(header: &str) -> Result<[usize; 2], String> {
         inside.split(',').map(str::trim).filter(|part| !part.is_empty()).map(|part| part.parse().ok()).collect();
     match lengths.as_deref() {
         Some(&[height, width]) => Ok([height, width]),
-        _ => Err(format!("its shape is ({}); a map has two sides, (height, width)", inside.trim())),
+        _ => Err(format!("its shape is ({}); a map has two sides, (height, width)", harmless(inside.trim()))),
     }
 }

@@ -2,6 +2,15 @@ use tiff::encoder::{TiffEncoder, colortype};
 
 use super::*;
 
+fn decode(bytes: &[u8]) -> Result<Grid, String> {
+    super::decode(bytes, &MapChoice::default(), &Watch::new())
+}
+
+/// The map of the part of a file that is named.
+fn chosen(bytes: &[u8], channel: Option<&str>, page: Option<usize>) -> Result<Grid, String> {
+    super::decode(bytes, &MapChoice { channel, page }, &Watch::new())
+}
+
 /// 3 columns, 2 rows.
 const VALUES: [f64; 6] = [0.0, 100.0, 250.5, 300.0, 512.25, 999.0];
 
@@ -130,7 +139,7 @@ fn what_is_no_map_is_refused_with_its_reason() {
     refused(b"thickness\n320\n".to_vec(), "no OpenEXR, TIFF, PNG or NPY");
     refused(png(png::ColorType::Rgb, png::BitDepth::Eight, 1, &[1, 2, 3, 4, 4, 4]), "picture in colour");
     refused(png(png::ColorType::Indexed, png::BitDepth::Eight, 3, &[0, 1, 0, 1, 0, 1]), "picture in colour");
-    refused(tiff::<colortype::RGB8>(&[1; 18]), "RGB(8); save it in grey");
+    refused(tiff::<colortype::RGB8>(&[1, 2, 3].repeat(6)), "picture in colour");
     refused(tiff::<colortype::Gray32>(&[1; 6]), "of 8 or 16 bits");
     refused(tiff::<colortype::GrayI16>(&[1; 6]), "of 8 or 16 bits");
     refused(npy("<f8", false, "(6,)", &[0; 48]), "its shape is (6,)");
@@ -165,22 +174,139 @@ fn values_that_are_no_thickness_are_refused_with_their_place() {
     }
 }
 
-#[test]
-fn the_channel_of_an_exr_is_chosen_by_name() {
-    let file = |channels: &[(&str, f32)]| {
-        let list = channels.iter().map(|&(name, value)| AnyChannel::new(name, FlatSamples::F32(vec![value; 4])));
-        let layer =
-            Layer::new((2, 2), LayerAttributes::default(), Encoding::UNCOMPRESSED, AnyChannels::sort(list.collect()));
-        let mut bytes = Vec::new();
-        Image::from_layer(layer).write().non_parallel().to_buffered(std::io::Cursor::new(&mut bytes)).unwrap();
-        decode(&bytes).unwrap().in_range(None, None).unwrap().thickness_nm()[0]
+/// An OpenEXR file of 2 x 2 pixels, each channel of a part of one value.
+fn exr_of(parts: &[(&str, &[(&str, f32)])]) -> Vec<u8> {
+    use exr::prelude::{
+        AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer, LayerAttributes,
+        Layers, Vec2, WritableImage,
     };
-    use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage};
-    assert_eq!(file(&[("A", 1.0), ("B", 2.0), ("G", 3.0), ("R", 4.0), ("thickness_nm", 5.0)]), 5.0);
-    assert_eq!(file(&[("A", 1.0), ("film.thickness_nm", 5.0), ("Y", 2.0)]), 5.0);
-    assert_eq!(file(&[("A", 1.0), ("R", 4.0), ("Y", 2.0)]), 2.0);
-    assert_eq!(file(&[("A", 1.0), ("B", 2.0), ("G", 3.0), ("R", 4.0)]), 4.0);
-    assert_eq!(file(&[("height", 7.0), ("weight", 8.0)]), 7.0);
+    let layers: Layers<AnyChannels<FlatSamples>> = parts
+        .iter()
+        .map(|(part, channels)| {
+            let list = channels.iter().map(|&(name, value)| AnyChannel::new(name, FlatSamples::F32(vec![value; 4])));
+            let attributes = LayerAttributes { layer_name: Some((*part).into()), ..LayerAttributes::default() };
+            Layer::new((2, 2), attributes, Encoding::UNCOMPRESSED, AnyChannels::sort(list.collect()))
+        })
+        .collect();
+    let attributes = ImageAttributes::new(IntegerBounds::from_dimensions(Vec2(2, 2)));
+    let mut bytes = Vec::new();
+    Image { attributes, layer_data: layers }
+        .write()
+        .non_parallel()
+        .to_buffered(std::io::Cursor::new(&mut bytes))
+        .unwrap();
+    bytes
+}
+
+#[test]
+fn the_channel_of_an_exr_is_the_only_one_or_the_one_that_is_named() {
+    let first = |grid: Result<Grid, String>| grid.map(|grid| grid.in_range(None, None).unwrap().thickness_nm()[0]);
+    let plain = |channels: &[(&str, f32)]| first(decode(&exr_of(&[("a", channels)])));
+    assert_eq!(plain(&[("A", 1.0), ("B", 2.0), ("G", 3.0), ("R", 4.0), ("thickness_nm", 5.0)]), Ok(5.0));
+    assert_eq!(plain(&[("A", 1.0), ("film.thickness_nm", 5.0), ("Y", 2.0)]), Ok(5.0));
+    assert_eq!(plain(&[("A", 1.0), ("Y", 2.0)]), Ok(2.0));
+    assert_eq!(plain(&[("B", 1.0), ("Z", 3.0)]), Ok(3.0));
+    assert_eq!(plain(&[("depth.Z", 1.0), ("thickness", 3.0)]), Ok(3.0));
+    // Neither the alphabet nor the order of the file is a reason.
+    for channels in
+        [&[("height", 7.0), ("weight", 8.0)][..], &[("R", 1.0), ("Y", 2.0)], &[("depth.Z", 1.0), ("R", 2.0)]]
+    {
+        let error = plain(channels).unwrap_err();
+        assert!(error.contains("it holds 2 channels; say which is the thickness: channel = "), "{error}");
+    }
+    let rgba = [("R", 1.0), ("G", 2.0), ("B", 3.0), ("A", 4.0)];
+    let file = exr_of(&[("rgba", &rgba), ("aux", &[("film.t_nm", 5.0), ("film.order", 6.0)])]);
+    let error = first(chosen(&file, None, None)).unwrap_err();
+    assert!(error.contains("6 channels in 2 parts") && error.contains("\"aux:film.t_nm\""), "{error}");
+    for (name, value) in [("aux:film.t_nm", 5.0), ("film.order", 6.0), ("T_NM", 5.0), ("rgba:G", 2.0)] {
+        assert_eq!(first(chosen(&file, Some(name), None)), Ok(value), "{name}");
+    }
+    assert!(first(chosen(&file, Some("t"), None)).unwrap_err().contains("it has no channel \"t\""));
+    let twice = exr_of(&[("a", &[("t", 1.0)]), ("b", &[("t", 2.0)])]);
+    assert!(first(chosen(&twice, Some("t"), None)).unwrap_err().contains("\"a:t\", \"b:t\""));
+    assert!(chosen(&file, Some("R"), Some(2)).unwrap_err().contains("page must be 1"));
+}
+
+/// A TIFF of pages of 3 x 2 numbers 0, 1, ... each page a hundred more, with tags.
+fn tiff_of(pages: u16, orientation: u16, description: &str) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut encoder = TiffEncoder::new(&mut bytes).unwrap();
+    for page in 0..pages {
+        let values: Vec<u16> = (0..6).map(|i| 100 * page + i).collect();
+        let mut image = encoder.new_image::<colortype::Gray16>(3, 2).unwrap();
+        image.encoder().write_tag(tiff::tags::Tag::Orientation, orientation).unwrap();
+        image.encoder().write_tag(tiff::tags::Tag::ImageDescription, description).unwrap();
+        image.write_data(&values).unwrap();
+    }
+    bytes.into_inner()
+}
+
+#[test]
+fn orientation_pages_and_calibration_of_a_tiff_count() {
+    let nm = |grid: Grid| {
+        let map = grid.in_range(Some(0.0), Some(65535.0)).unwrap();
+        (map.width(), map.thickness_nm().iter().map(|nm| nm.round()).collect::<Vec<f64>>())
+    };
+    assert_eq!(nm(decode(&tiff_of(1, 1, "")).unwrap()), (3, vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0]));
+    assert_eq!(nm(decode(&tiff_of(1, 4, "")).unwrap()), (3, vec![3.0, 4.0, 5.0, 0.0, 1.0, 2.0]));
+    assert_eq!(nm(decode(&tiff_of(1, 6, "")).unwrap()), (2, vec![3.0, 0.0, 4.0, 1.0, 5.0, 2.0]));
+    assert!(decode(&tiff_of(1, 9, "")).unwrap_err().contains("orientation must be 1 to 8, got 9"));
+    // Pages.
+    let stack = tiff_of(3, 1, "");
+    assert!(decode(&stack).unwrap_err().contains("it holds 3 pages; say which: page = 1 to 3"));
+    assert_eq!(nm(chosen(&stack, None, Some(2)).unwrap()).1[0], 100.0);
+    for page in [0, 4] {
+        assert!(chosen(&stack, None, Some(page)).unwrap_err().contains(&format!("page must be 1 to 3, got {page}")));
+    }
+    // ImageJ: nm = c0 + c1 v.
+    for (unit, factor) in [("nm", 1.0), ("um", 1000.0), ("micron", 1000.0)] {
+        let grid = decode(&tiff_of(1, 1, &format!("ImageJ=1.53\ncf=0\nc0=10.5\nc1=0.5\nvunit={unit}\n"))).unwrap();
+        assert!(grid.report.to_string().contains("calibration is applied"));
+        assert_eq!(grid.in_range(None, None).unwrap().thickness_nm()[3], factor * 12.0);
+    }
+    for (description, words) in [
+        ("ImageJ=1.53\nc0=1\nc1=2\nvunit=kg\n", "\"kg\" (ImageJ's vunit)"),
+        ("ImageJ=1.53\nc0=1\nc1=2\n", "without a unit of length"),
+        ("ImageJ=1.53\ncf=20\nc0=1\nc1=2\nvunit=nm\n", "no straight line"),
+        ("ImageJ=1.53\nc0=x\nc1=2\nvunit=nm\n", "c0 must be a number, got \"x\""),
+    ] {
+        let error = decode(&tiff_of(1, 1, description)).unwrap_err();
+        assert!(error.contains(words), "{error}");
+    }
+    // The description of any other program is none of a calibration.
+    assert_eq!(nm(decode(&tiff_of(1, 1, "c0=1\nc1=2\nvunit=nm")).unwrap()).1[3], 3.0);
+}
+
+#[test]
+fn a_picture_in_colour_needs_a_channel() {
+    let colour = png(::png::ColorType::Rgb, ::png::BitDepth::Eight, 1, &[1, 51, 3, 4, 102, 6]);
+    assert!(decode(&colour).unwrap_err().contains("channel = \"G\""));
+    let grid = chosen(&colour, Some("G"), None).unwrap();
+    assert_eq!(grid.in_range(Some(0.0), Some(5.0)).unwrap().thickness_nm(), [1.0, 2.0]);
+    assert!(chosen(&colour, Some("A"), None).unwrap_err().contains("it has no channel \"A\""));
+}
+
+#[test]
+fn declared_sizes_and_packed_texts_take_no_memory() {
+    // A PNG whose header declares 16384 x 8192 colours over a few bytes.
+    let mut huge = png(::png::ColorType::Rgb, ::png::BitDepth::Eight, 1, &[0; 6]);
+    huge[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x20, 0]);
+    let sum = crc(&huge[12..29]);
+    huge[29..33].copy_from_slice(&sum.to_be_bytes());
+    assert!(decode(&huge).unwrap_err().contains("declares 402653184 bytes of pixels"), "{:?}", decode(&huge));
+    // A watch ends the work.
+    let watch = Watch::new();
+    watch.stop();
+    for file in files().0.iter().chain(&files().1).filter(|file| file[0] != 0x93) {
+        assert!(super::decode(file, &MapChoice::default(), &watch).is_err());
+    }
+}
+
+/// The check sum of a PNG chunk (ISO 3309), bit by bit.
+fn crc(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0_u32, |sum, byte| {
+        (0..8).fold(sum ^ u32::from(*byte), |sum, _| (sum >> 1) ^ (0xEDB8_8320 & 0_u32.wrapping_sub(sum & 1)))
+    })
 }
 
 #[test]

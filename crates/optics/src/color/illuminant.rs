@@ -60,27 +60,25 @@ impl Illuminant {
         Ok(Illuminant { name: found.clone(), continuous: Continuous::Table(table.clone()), lines: Arc::new([]) })
     }
 
-    /// Relative spectral power from CSV text: lines `wavelength_nm,power`, header and `#` comments optional, wavelengths
-    /// in vacuum nm ascending, power >= 0; linear between the rows, zero outside. `label` names it, also in errors.
-    pub fn from_csv(text: &str, label: &str) -> Result<Illuminant, OpticsError> {
-        let (mut x, mut y): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-        for (line, row) in parse_csv(text, label)?.rows {
-            let at = |problem: String| OpticsError::Data(format!("{label}:{line}: {problem}"));
-            let (nm, power) = match row[..] {
-                [Some(nm), Some(power)] => (nm, power),
-                _ => return Err(at(format!("expected two numbers (wavelength_nm, power), got {} fields", row.len()))),
-            };
-            if nm <= 0.0 || x.last().is_some_and(|&last| nm <= last) {
-                return Err(at(format!("wavelengths must be > 0 and ascend, got {nm}")));
-            }
-            if power < 0.0 {
-                return Err(at(format!("power must be >= 0, got {power}")));
-            }
-            x.push(nm);
-            y.push(power);
+    /// Relative spectral power as a table: vacuum nm ascending, power >= 0; linear between the rows, zero outside. `label` names
+    /// it, also in errors.
+    ///
+    /// ```
+    /// use iridesce_optics::color::Illuminant;
+    /// let lamp = Illuminant::from_table(vec![400.0, 700.0], vec![1.0, 4.0], "lamp")?;
+    /// assert_eq!(lamp.power(500.0), 2.0);
+    /// # Ok::<(), iridesce_optics::OpticsError>(())
+    /// ```
+    pub fn from_table(wavelength_nm: Vec<f64>, power: Vec<f64>, label: &str) -> Result<Illuminant, OpticsError> {
+        let rows = wavelength_nm.len();
+        let is_ascending = wavelength_nm.windows(2).all(|pair| pair[0] < pair[1]);
+        if !is_ascending || wavelength_nm.iter().any(|nm| !(*nm > 0.0)) {
+            return Err(OpticsError::Data(format!("{label}: wavelengths must be > 0 and ascend")));
         }
-        let rows = x.len();
-        let table = Table::new(x, y).filter(|_| rows >= 2).ok_or_else(|| {
+        if let Some(wrong) = power.iter().find(|power| !(**power >= 0.0)) {
+            return Err(OpticsError::Data(format!("{label}: power must be >= 0, got {wrong}")));
+        }
+        let table = Table::new(wavelength_nm, power).filter(|_| rows >= 2).ok_or_else(|| {
             OpticsError::Data(format!("{label}: an illuminant needs two rows wavelength_nm,power at least, got {rows}"))
         })?;
         let made =
@@ -331,26 +329,24 @@ mod tests {
     }
 
     #[test]
-    fn csv() {
-        let light =
-            Illuminant::from_csv("\u{feff}nm;power\n# lamp\n400;1\n500;3 # peak\n\n600;0\n", "lamp.csv").unwrap();
+    fn tables() {
+        let made = |nm: &[f64], power: &[f64]| Illuminant::from_table(nm.to_vec(), power.to_vec(), "lamp.csv");
+        let light = made(&[400.0, 500.0, 600.0], &[1.0, 3.0, 0.0]).unwrap();
         assert_eq!((light.power(450.0), light.power(399.0), light.name()), (2.0, 0.0, "lamp.csv"));
-        for (text, wanted) in [
-            ("", "two rows"),
-            ("400,1", "two rows"),
-            ("400,1\n400,2", "lamp.csv:2"),
-            ("500,1\n400,2", "ascend"),
-            ("400,1\n500,-2", ">= 0"),
-            ("400,1\n500,x", "lamp.csv:2"),
-            ("400,1\n500,nan", "finite"),
-            ("400,1\n500,", "two numbers"),
-            ("400,1,2\n500,1,2", "two numbers"),
-            ("100,1\n200,2", "no visible light"),
-            ("400,0\n500,0", "no visible light"),
-            ("400,1e308\n500,1e308", "no visible light"),
+        for (nm, power, wanted) in [
+            (&[][..], &[][..], "two rows"),
+            (&[400.0], &[1.0], "two rows"),
+            (&[400.0, 400.0], &[1.0, 2.0], "ascend"),
+            (&[500.0, 400.0], &[1.0, 2.0], "ascend"),
+            (&[-5.0, 400.0], &[1.0, 2.0], "> 0"),
+            (&[400.0, 500.0], &[1.0, -2.0], ">= 0"),
+            (&[400.0, 500.0], &[1.0, f64::NAN], ">= 0"),
+            (&[100.0, 200.0], &[1.0, 2.0], "no visible light"),
+            (&[400.0, 500.0], &[0.0, 0.0], "no visible light"),
+            (&[400.0, 500.0], &[1e308, 1e308], "no visible light"),
         ] {
-            let message = Illuminant::from_csv(text, "lamp.csv").unwrap_err().to_string();
-            assert!(message.contains(wanted), "{text:?}: {message}");
+            let message = made(nm, power).unwrap_err().to_string();
+            assert!(message.contains(wanted), "{nm:?}: {message}");
         }
     }
 

@@ -1,4 +1,4 @@
-//! Reading the number tables: comma-separated lines, `#` comments, an optional header.
+//! Reading this crate's own tables: comma-separated lines, `#` comments, a header. Tables of users are read by `iridesce-files`.
 
 use crate::OpticsError;
 
@@ -11,13 +11,12 @@ pub(super) struct Csv {
 /// Reads `text`; an empty field is `None`. `label` names the text in errors.
 pub(super) fn parse_csv(text: &str, label: &str) -> Result<Csv, OpticsError> {
     let mut csv = Csv { header: Vec::new(), rows: Vec::new() };
-    // A byte-order mark is what spreadsheets put first.
-    for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+    for (index, line) in text.lines().enumerate() {
         let line = line.split('#').next().unwrap_or("").trim();
         if line.is_empty() {
             continue;
         }
-        let fields: Vec<&str> = line.split([',', ';', '\t']).map(str::trim).collect();
+        let fields: Vec<&str> = line.split(',').map(str::trim).collect();
         if csv.rows.is_empty() && csv.header.is_empty() && fields[0].parse::<f64>().is_err() {
             csv.header = fields.iter().map(|f| f.to_string()).collect();
             continue;

@@ -179,8 +179,8 @@ mod tests {
 
     #[test]
     fn known_where_both_parts_are() {
-        let narrow = Medium::from_csv("500 1.4\n900 1.4", "a").unwrap();
-        let wide = Medium::from_csv("400 1.5\n600 1.5", "b").unwrap();
+        let narrow = Medium::from_rows(&[(1, 500.0, 1.4, 0.0), (2, 900.0, 1.4, 0.0)], false, "a", "").unwrap();
+        let wide = Medium::from_rows(&[(1, 400.0, 1.5, 0.0), (2, 600.0, 1.5, 0.0)], false, "b", "").unwrap();
         let mixture = mix((narrow, 0.5), (wide, 0.5), Rule::Bruggeman);
         assert_eq!(mixture.range_nm(), Some((500.0, 600.0)));
         assert!(mixture.index(450.0, Beyond::Refuse).is_err());
@@ -243,7 +243,8 @@ mod tests {
         assert!(no(checked((air.clone(), 0.5), (glass.clone(), 0.6), Rule::Bruggeman, "m")).contains("add to 1"));
         assert!(no(checked((air.clone(), -0.5), (glass.clone(), 1.5), Rule::Bruggeman, "m")).contains(">= 0"));
         assert!(no(checked((complex(1.5, -0.1), 0.5), (glass, 0.5), Rule::Bruggeman, "m")).contains("k >= 0"));
-        let (low, high) = (Medium::from_csv("500 1.4\n600 1.4", "a"), Medium::from_csv("700 1.4\n800 1.4", "b"));
+        let table = |from: f64| Medium::from_rows(&[(1, from, 1.4, 0.0), (2, from + 100.0, 1.4, 0.0)], false, "a", "");
+        let (low, high) = (table(500.0), table(700.0));
         let text = no(checked((low.unwrap(), 0.5), (high.unwrap(), 0.5), Rule::Bruggeman, "m"));
         assert!(text.contains("in common"), "{text}");
         assert!(Rule::named("Bruggeman").is_err());

@@ -17,8 +17,9 @@ fn message<T: std::fmt::Debug>(result: Result<T, OpticsError>) -> String {
     result.unwrap_err().to_string()
 }
 
-fn csv(text: &str) -> Result<Medium, OpticsError> {
-    Medium::from_csv(text, "m.csv")
+fn rows(rows: &[[f64; 2]]) -> Result<Medium, OpticsError> {
+    let numbered: Vec<_> = rows.iter().enumerate().map(|(line, &[nm, n])| (line + 1, nm, n, 0.0)).collect();
+    Medium::from_rows(&numbered, false, "m.csv", "")
 }
 
 fn yaml(text: &str) -> Result<Medium, OpticsError> {
@@ -156,7 +157,7 @@ fn outside_the_data() {
     assert_eq!(silver.index(2000.0, Beyond::Hold).unwrap(), silver.index(1937.0, Beyond::Refuse).unwrap());
     assert_eq!(silver.index(1.0, Beyond::Hold).unwrap(), silver.index(187.9, Beyond::Refuse).unwrap());
     // 187.95 is rounded into the short form of the range, so the exact ends are shown.
-    let narrow = csv("400.4 1.5\n500 1.4").unwrap();
+    let narrow = rows(&[[400.4, 1.5], [500.0, 1.4]]).unwrap();
     let text = message(narrow.index(400.2, Beyond::Refuse));
     assert!(text.contains("400.4-500 nm; 400.2 nm was asked"), "{text}");
     assert!(
@@ -188,7 +189,7 @@ fn stated_extensions() {
     assert_eq!(VISIBLE_NM, (360.0, 830.0));
 
     // Media of the user are never continued.
-    let user = csv("400,1.5\n700,1.4").unwrap();
+    let user = rows(&[[400.0, 1.5], [700.0, 1.4]]).unwrap();
     assert_eq!(user.extension(), None);
     assert_eq!(user.index_extended(550.0).unwrap(), (Complex64::new(1.45, 0.0), false));
     assert!(message(user.index_extended(399.0)).contains("continue only built-in media"));
@@ -231,71 +232,6 @@ fn unknown_names_suggest() {
     assert!(message(Medium::named(&"x".repeat(1 << 20))).len() < 2000);
 }
 
-#[test]
-fn csv_forms() {
-    let plain = csv("400,1.5,0.1\n500,1.7,0.3\n").unwrap();
-    for text in [
-        "nm,n,k\n400,1.5,0.1\n500,1.7,0.3",
-        "wavelength [nm]; n; k\r\n400; 1.5; 0.1\r\n500; 1.7; 0.3\r\n",
-        "\u{feff}400\t1.5\t0.1\n500\t1.7\t0.3",
-        "# a comment\n\n  400   1.5 0.1 # another\n500 1.7 0.3",
-        "500,1.7,0.3\n400,1.5,0.1\n400,1.5,0.1\n",
-        "\"nm\",\"n\",\"k\"\n\"400\",\"1.5\",\"0.1\"\n4e2,1.5,0.1\n5E+2,1.7,0.3,\n",
-    ] {
-        let medium = csv(text).unwrap();
-        assert_eq!(medium.range_nm(), Some((400.0, 500.0)), "{text:?}");
-        for wavelength_nm in [400.0, 425.0, 500.0] {
-            let wanted = plain.index(wavelength_nm, Beyond::Refuse).unwrap();
-            assert_eq!(medium.index(wavelength_nm, Beyond::Refuse).unwrap(), wanted, "{text:?}");
-        }
-    }
-    let quarter = plain.index(425.0, Beyond::Refuse).unwrap();
-    assert!((quarter - Complex64::new(1.55, 0.15)).norm() < 1e-15);
-    assert_eq!(csv("# Smith 2020\n400 1.5").unwrap().note(), "Smith 2020");
-    assert_eq!(csv("400,1.5").unwrap().index(400.0, Beyond::Refuse).unwrap().im, 0.0);
-    assert_eq!(csv("400,1.5,-0.1").unwrap().index(400.0, Beyond::Refuse).unwrap().im, -0.1, "gain is allowed");
-}
-
-#[test]
-fn csv_hostile() {
-    let long_row = format!("400,1.5\n{}", "9,".repeat(5000));
-    for (text, wanted) in [
-        ("", "m.csv: holds no rows"),
-        ("# only\n\n# comments", "m.csv: holds no rows"),
-        ("nm,n\n", "m.csv: holds no rows"),
-        ("nm,n\n400,1.5\n500,x", "m.csv:3: \"x\" is not a finite number"),
-        ("400,1.5\n500,", "m.csv:2: a row holds nm, n and perhaps k: 2 or 3 numbers, got 1"),
-        ("400,1.5\n500", "m.csv:2: a row holds"),
-        ("400,1.5,0,0", "m.csv:1: a row holds"),
-        ("400,1.5\n500,1.5,0.1", "m.csv:2: 3 numbers in this row, but 2 in line 1"),
-        ("400,nan", "m.csv:1: \"nan\" is not a finite number"),
-        ("400,inf", "m.csv:1: \"inf\" is not a finite number"),
-        ("400,1.5\nnan,1.5", "m.csv:2: \"nan\""),
-        ("400,-1.5", "m.csv:1: n must be >= 0"),
-        ("400,0", "m.csv:1: n must be >= 0"),
-        ("400,0,0", "m.csv:1: n must be >= 0"),
-        ("400,1e300", "m.csv:1: n must be >= 0"),
-        ("-400,1.5", "m.csv:1: a wavelength must be > 0, got -400"),
-        ("0,1.5", "m.csv:1: a wavelength must be > 0"),
-        ("400,1.5\n500,1.4\n400,1.6", "m.csv:3: the wavelength 400 nm stands on line 1 too"),
-        ("nm,n\nnm,n\n400,1.5", "m.csv:2: \"nm\" is not"),
-        ("400;1,5", "decimal points, not decimal commas"),
-        ("um,n\n0.4,1.5", "m.csv:1: the first column must be the vacuum wavelength in nm"),
-        ("Wavelength, µm,n\n0.4,1.5", ""),
-        ("wavelength (µm),n\n0.4,1.5", "m.csv:1: the first column must be"),
-        ("wl,n\n0.4,1.5", "micrometres"),
-        ("nm,k,n\n400,0.1,1.5", "m.csv:1: the columns must be nm, n and perhaps k"),
-        ("\u{0}\u{1}\u{fffd}PNG", "m.csv: holds no rows"),
-        ("400 1.5 \u{0}", "m.csv:1: \"\\0\" is not a finite number"),
-        (&long_row, "m.csv:2: 5001 fields in one row, at most 256"),
-    ] {
-        let got = message(csv(text));
-        assert!(got.contains(wanted), "{text:?}: {got}");
-    }
-    let huge = "400,1.5\n".repeat(MAX_TEXT_BYTES / 8 + 1);
-    assert!(message(csv(&huge)).contains("longer than 16 MiB"));
-}
-
 const HEAD: &str = "REFERENCES: |\n    A. Author. <i>J. Opt.</i> <b>1</b>, 2 (2000)\nCOMMENTS: |\n    a film\nDATA:\n";
 
 #[test]
@@ -336,9 +272,7 @@ fn yaml_forms() {
     // Reading is the same whatever the ends of lines.
     let dos = yaml(&format!("{HEAD}{n}{k}").replace('\n', "\r\n")).unwrap();
     assert_eq!(dos.index(550.0, Beyond::Refuse).unwrap(), tables.index(550.0, Beyond::Refuse).unwrap());
-    assert_eq!(Medium::from_text(&format!("{HEAD}{n}"), "no suffix").unwrap().kind(), Kind::Table);
-    assert_eq!(Medium::from_text("400 1.5", "a.csv").unwrap().kind(), Kind::Table);
-    assert!(message(Medium::from_text("400 1.5", "A.YML")).contains("key DATA"));
+    assert!(message(Medium::from_yaml("400 1.5", "A.YML")).contains("key DATA"));
 }
 
 #[test]
@@ -447,4 +381,19 @@ fn formula_without_an_index() {
     assert!(medium.index(600.0, Beyond::Refuse).is_err(), "the pole itself");
     medium.index(700.0, Beyond::Refuse).unwrap();
     assert!(Formula::new(1, vec![0.0]).is_ok());
+}
+
+#[test]
+fn rows_are_checked_with_their_lines() {
+    let medium = rows(&[[500.0, 1.7], [400.0, 1.5], [400.0, 1.5]]).unwrap();
+    assert_eq!((medium.range_nm(), medium.kind()), (Some((400.0, 500.0)), Kind::Table));
+    assert!((medium.index(425.0, Beyond::Refuse).unwrap().re - 1.55).abs() < 1e-15);
+    for (table, wanted) in [
+        (&[][..], "m.csv: holds no rows"),
+        (&[[400.0, -1.5]], "m.csv:1: n must be >= 0"),
+        (&[[400.0, 1.5], [-400.0, 1.5]], "m.csv:2: a wavelength must be > 0, got -400"),
+        (&[[400.0, 1.5], [400.0, 1.6]], "m.csv:2: the wavelength 400 nm stands on line 1 too"),
+    ] {
+        assert!(message(rows(table)).contains(wanted), "{table:?}");
+    }
 }

@@ -5,7 +5,6 @@
 
 use saphyr_parser::{Event, Parser, ScalarStyle, Span, StrInput};
 
-use super::csv::too_long;
 use super::number::{plain, shifted};
 use super::rows::{Columns, Repeated, Row, tables};
 use super::{Data, Formula, MAX_TEXT_BYTES, Medium, Real};
@@ -55,7 +54,10 @@ type Wrong = (usize, String);
 
 pub(super) fn read(text: &str, label: &str) -> Result<Medium, OpticsError> {
     if text.len() > MAX_TEXT_BYTES {
-        return Err(OpticsError::Data(too_long(label)));
+        return Err(OpticsError::Data(format!(
+            "{label}: longer than {} MiB, which no table of an index needs",
+            MAX_TEXT_BYTES >> 20
+        )));
     }
     let fail = |(line, why): Wrong| OpticsError::Data(format!("{label}:{line}: {why}"));
     let page = parse(text).map_err(fail)?;

@@ -15,13 +15,15 @@ from iridesce.cli.answers import note, print_json
 from iridesce.cli.options import JsonOption, OutsideOption, SceneArgument, SetOption, ThreadsOption
 from iridesce.cli.reading import assignment, changed_scene, exposure_in_stops, load_scene, size_in_pixels
 from iridesce.cli.run_folder import RunFolder
-from iridesce.files.whole import check_place
+from iridesce.files.whole import check_place, read_whole
 
 if TYPE_CHECKING:
     from iridesce.rendering.animation import CameraPath, FlowingFilm
     from iridesce.scene import Scene
 
 _MOST_FRAMES = 100_000
+# A frame of 2**27 pixels in all its planes has some ten GiB.
+_MOST_FRAME_BYTES = 16 << 30
 
 
 def verb(
@@ -178,11 +180,13 @@ def _draw(shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
 
     asked, folder = shot.run.asked, shot.run.folder
     size = None if asked["size"] is None else (asked["size"][0], asked["size"][1])
+    width, height = shot.scene.to_dict()["camera"]["resolution"]
+    own_size = (int(width), int(height))
     drawn = 0
     with progress_bar("frames", counted=True) as advance:
         for number in range(count):
             files = list(animation.frame_names(folder, number, shot.formats))
-            if stops is not None and all(file.exists() for file in files):
+            if stops is not None and all(is_whole(file, size or own_size) for file in files):
                 advance(number + 1, count)
                 continue
             time_s = number / shot.fps
@@ -227,6 +231,21 @@ def _films(scene: Scene, columns: int | None) -> tuple[Scene, list[FlowingFilm]]
         for film in flowing_films(scene.to_dict()):
             scene = scene.with_value(f"{film.key}.columns", columns)
     return scene, flowing_films(scene.to_dict())
+
+
+def is_whole(file: Path, size: tuple[int, int]) -> bool:
+    """Whether a frame is there to its last byte. An interrupted machine may leave a name with nothing, or half, behind it."""
+    from iridesce import _core
+
+    if not file.exists():
+        return False
+    try:
+        fault = _core.picture_fault(read_whole(str(file), _MOST_FRAME_BYTES), *size)
+    except ValueError as error:
+        fault = str(error)
+    if fault is not None:
+        note(f"{file}: {fault}; it is drawn again")
+    return fault is None
 
 
 def _remove(run: RunFolder, count: int, formats: list[str], films: int) -> None:

@@ -41,7 +41,13 @@ def verb(
         str | None, typer.Option(help="Fit the index of the unknown layers too: constant or cauchy.")
     ] = None,
     column: Annotated[str | None, typer.Option(help="Name or number of the measurement's column.")] = None,
+    wavelength_column: Annotated[
+        str | None, typer.Option("--wavelength-column", help="Name or number of the axis's column.")
+    ] = None,
     unit: Annotated[str | None, typer.Option(help="Of the wavelengths: nm, um, angstrom, cm-1, ev.")] = None,
+    unit_y: Annotated[
+        str | None, typer.Option("--unit-y", help="Of the measurement: ratio, percent, counts, absorbance.")
+    ] = None,
     from_: Annotated[float, typer.Option("--from", help="Leave out wavelengths below, nm.")] = 0.0,
     to: Annotated[float, typer.Option("--to", help="Leave out wavelengths above, nm.")] = float("inf"),
     probability: Annotated[float, typer.Option(help="Of the intervals.")] = 0.95,
@@ -53,6 +59,7 @@ def verb(
     ] = None,
     theme: ThemeOption = "light",
     size: SizeOption = None,
+    verbose: Annotated[bool, typer.Option("--verbose", help="Say all of how the file was read.")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Film thickness from a reflectance or transmittance spectrum: every plausible solution with its interval."""
@@ -65,7 +72,15 @@ def verb(
 
     import iridesce as ir
 
-    read = ir.fit.read_spectrum(spectrum, column, unit, quantity)
+    read = ir.fit.read_spectrum(
+        spectrum,
+        column,
+        unit,
+        quantity,
+        wavelength_column=wavelength_column,
+        unit_y=unit_y,
+        range_nm=(from_, to) if (from_, to) != (0.0, float("inf")) else None,
+    )
     inside = ~((read.wavelength_nm < from_) | (read.wavelength_nm > to))
     result = ir.fit_thickness(
         read.wavelength_nm[inside],
@@ -90,11 +105,14 @@ def verb(
         else:
             write_chart(file, size, lambda ax: result.plot(ax, theme=theme))
     if as_json:
-        answer = {"file": str(spectrum), "column": read.column, "read": list(read.notes), **result.to_dict()}
+        answer = {"file": str(spectrum), "column": read.column, "read": read.read.to_dict(), **result.to_dict()}
         print_json({**answer, "files": [str(file) for file in files]})
         return
-    for remark in read.notes:
-        note(f"note: {remark}")
+    if verbose:
+        note(f"{spectrum}: {read.read}")
+    else:
+        for remark in read.notes:
+            note(f"note: {remark}")
     print(result)
     for file in files:
         print(file)

@@ -12,11 +12,13 @@ from iridesce.cli.answers import note, print_json
 from iridesce.cli.options import JsonOption
 from iridesce.cli.reading import assignment
 from iridesce.cli.run_folder import RunFolder
-from iridesce.files.whole import write_whole
+from iridesce.files.whole import read_whole, write_whole
 
 if TYPE_CHECKING:
     from iridesce.thickness.simulation import Simulation
 
+# A checkpoint has some hundred bytes for each of its cells, at most 16384 x 8192.
+_MOST_BYTES = 16 << 30
 _CHECKPOINT = "checkpoint.irflow"
 _FORMATS = ("tif", "exr", "npy")
 
@@ -60,10 +62,12 @@ def verb(
         run.taken_up()
         place = output / _CHECKPOINT
         # Interrupted before its first frame, a run starts again.
-        checkpoint = place.read_bytes() if place.exists() else None
+        checkpoint = read_whole(str(place), _MOST_BYTES) if place.exists() else None
     else:
         run.check_new(may_hold_other_files=True)
     film = thickness.simulate(preset, time, fps, seed, columns, checkpoint, **changes)
+    if checkpoint is not None:
+        _check_frames(output, film.frame, format_)
     if checkpoint is None:
         run.start(parameters=_plain(film.parameters))
     try:
@@ -78,6 +82,19 @@ def verb(
     else:
         print(output)
     note(f"{len(written)} frames, {film.facts['step']:g} steps in all")
+
+
+def _check_frames(folder: Path, count: int, ending: str) -> None:
+    """The frames before a checkpoint must be there and whole: the film has flowed on and cannot make them again."""
+    from iridesce.thickness import ThicknessMap
+
+    for number in range(count):
+        path = folder / f"frame_{number:05d}.{ending}"
+        try:
+            ThicknessMap.load(path)
+        except ValueError as error:
+            why = f"the film stands after frame {count - 1} and cannot make it again; start afresh in another folder"
+            raise ValueError(f"{error}: {why}") from None
 
 
 def _write(film: Simulation, folder: Path, ending: str) -> list[Path]:

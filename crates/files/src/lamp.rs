@@ -1,0 +1,141 @@
+//! Lamps: relative spectral power against wavelength, as anyone measured it.
+
+use iridesce_optics::color::Illuminant;
+
+use crate::axis::{find_axis, wavelengths};
+use crate::report::ReadReport;
+use crate::rows::Rows;
+use crate::text::decode_text;
+use crate::words::{listed, quoted};
+
+/// Largest file of a lamp, bytes; one of 0.1 nm steps has 100 KiB.
+pub const MAX_LAMP_BYTES: u64 = 16 << 20;
+/// Power below 0 down to this share of the greatest is noise of the spectrometer, and counts as 0.
+const NOISE: f64 = 0.05;
+/// Greatest power that sums over wavelengths hold; tables beyond it are divided by their greatest value.
+const MOST_POWER: f64 = 1e100;
+
+/// The lamp in the bytes of a file; `label` names it, also in errors.
+pub fn read_lamp(bytes: &[u8], label: &str) -> Result<(Illuminant, ReadReport), String> {
+    let in_file = |why: String| format!("{label}: {why}");
+    let (text, encoding) = decode_text(bytes).map_err(in_file)?;
+    let rows = Rows::read(&text, 1).map_err(|why| {
+        if why.contains("no table") {
+            format!("{label}: an illuminant needs two rows wavelength_nm,power at least: it {why}")
+        } else {
+            in_file(why)
+        }
+    })?;
+    let mut report = ReadReport::new(format!("text, {}, {encoding}", rows.dialect));
+    let at = |line: usize, why: String| format!("{label}:{line}: {why}");
+    if let Some((line, word)) = rows.first_missing.as_ref().or(rows.garbage.as_ref()) {
+        return Err(at(*line, format!("expected two finite numbers (wavelength_nm, power), got {}", quoted(word))));
+    }
+    if let Some((line, words)) = &rows.trailer
+        && words.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '.'))
+    {
+        return Err(at(*line, format!("expected two finite numbers (wavelength_nm, power), got {}", quoted(words))));
+    }
+    let axis = find_axis(&rows, None).map_err(in_file)?;
+    let others: Vec<usize> = (0..rows.names.len()).filter(|&place| place != axis.0).collect();
+    let &[place] = others.as_slice() else {
+        let names: Vec<String> = others.iter().map(|&place| rows.called(place)).collect();
+        return Err(at(
+            rows.lines[0],
+            format!(
+                "expected two numbers a row (wavelength_nm, power), there are {}: {}",
+                rows.names.len(),
+                listed(names.iter().map(String::as_str))
+            ),
+        ));
+    };
+    if let Some(at_row) = rows.columns[axis.0].iter().position(|value| *value <= 0.0) {
+        return Err(at(rows.lines[at_row], format!("wavelengths must be > 0, got {}", rows.columns[axis.0][at_row])));
+    }
+    let nm = wavelengths(&rows, axis, None, None, &mut report).map_err(in_file)?;
+    report.take("power", &rows.called(place), "relative", "the only column beside the axis");
+    let mut power = rows.columns[place].clone();
+    let top = power.iter().copied().fold(0.0, f64::max);
+    let negative: Vec<usize> = (0..power.len()).filter(|&i| power[i] < 0.0).collect();
+    if let Some(&deep) = negative.iter().find(|&&i| power[i] < -NOISE * top) {
+        return Err(at(rows.lines[deep], format!("power must be >= 0, got {}", power[deep])));
+    }
+    if !negative.is_empty() {
+        report.note(format!("{} values below 0, within 5 % of the greatest, count as 0", negative.len()));
+        negative.iter().for_each(|&i| power[i] = 0.0);
+    }
+    if top > MOST_POWER {
+        report.note("the values are divided by their greatest, so that their sums stay finite");
+        power.iter_mut().for_each(|power| *power /= top);
+    }
+    let mut pairs: Vec<(f64, f64, usize)> =
+        nm.into_iter().zip(power).zip(&rows.lines).map(|((nm, power), &line)| (nm, power, line)).collect();
+    if pairs.windows(2).any(|pair| pair[1].0 < pair[0].0) {
+        report.note("the wavelengths did not ascend; they have been sorted");
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some(pair) = pairs.windows(2).find(|pair| pair[0].0 == pair[1].0 && pair[0].1 != pair[1].1) {
+        let (first, second) = (pair[0].2.min(pair[1].2), pair[0].2.max(pair[1].2));
+        return Err(at(
+            second,
+            format!("the wavelength {} nm stands on line {first} too, with another power", pair[0].0),
+        ));
+    }
+    pairs.dedup_by(|a, b| a.0 == b.0);
+    let (nm, power) = pairs.into_iter().map(|(nm, power, _)| (nm, power)).unzip();
+    let made = Illuminant::from_table(nm, power, label).map_err(|error| error.to_string())?;
+    Ok((made, report))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<(Illuminant, ReadReport), String> {
+        read_lamp(text.as_bytes(), "lamp.csv")
+    }
+
+    #[test]
+    fn lamps_in_any_dialect() {
+        for text in [
+            "\u{feff}nm;power\n# lamp\n400;1\n500;3 # peak\n\n600;0\n",
+            "nm;power\n600;0,0\n500;3,0\n400;1,0\n",
+            "um\tpower\n0.4\t1\n0.5\t3\n0.6\t0\n",
+            "400,1\n500,3\n600,-0.01\n",
+        ] {
+            let (light, _) = read(text).unwrap();
+            assert_eq!((light.power(450.0), light.power(399.0), light.name()), (2.0, 0.0, "lamp.csv"), "{text:?}");
+            assert_eq!(light.power(600.0), 0.0);
+        }
+        assert!(read("400,1\n500,3\n600,-0.01\n").unwrap().1.to_string().contains("count as 0"));
+    }
+
+    #[test]
+    fn one_enormous_value_leaves_a_finite_white() {
+        let (light, report) = read("400,1\n500,1e308\n600,1\n700,1\n").unwrap();
+        let white = light.white(iridesce_optics::color::Observer::Cie1931);
+        assert!(white.iter().all(|value| value.is_finite() && *value > 0.0), "{white:?}");
+        assert!(report.to_string().contains("divided by their greatest"));
+    }
+
+    #[test]
+    fn what_is_no_lamp_is_refused_with_its_line() {
+        for (text, wanted) in [
+            ("", "two rows"),
+            ("400,1", "two rows"),
+            ("400,1\n400,2", "lamp.csv:2"),
+            ("400,1\n500,-2", "lamp.csv:2: power must be >= 0"),
+            ("400,1\n500,x", "lamp.csv:2"),
+            ("400,1\n500,nan", "finite"),
+            ("400,1\n500,", "two finite numbers"),
+            ("400,1,2\n500,1,2", "two numbers"),
+            ("0,1\n500,2", "> 0"),
+            ("100,1\n200,2", "no visible light"),
+            ("400,0\n500,0", "no visible light"),
+            ("f [THz],power\n400,1\n500,2", "\"thz\""),
+        ] {
+            let message = read(text).unwrap_err();
+            assert!(message.contains(wanted), "{text:?}: {message}");
+        }
+    }
+}

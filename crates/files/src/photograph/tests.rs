@@ -1,0 +1,94 @@
+use tiff::encoder::{TiffEncoder, colortype};
+
+use super::*;
+use crate::{BitDepth, OutputSpace, write_png};
+
+fn read(bytes: &[u8]) -> Result<Photograph, String> {
+    read_photograph(bytes, &MapChoice::default(), &Watch::new())
+}
+
+fn close(found: &[f32], wanted: &[f32], within: f32) {
+    assert_eq!(found.len(), wanted.len());
+    for (found, wanted) in found.iter().zip(wanted) {
+        assert!((found - wanted).abs() <= within, "{found} {wanted}");
+    }
+}
+
+#[test]
+fn pictures_of_every_space_and_depth_give_their_light() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.png");
+    for space in [OutputSpace::Srgb, OutputSpace::DisplayP3] {
+        for (bits, within) in [(BitDepth::Eight, 4e-3), (BitDepth::Sixteen, 5e-4)] {
+            // Encoded 0.5 is 0.2140 of light on both curves; white clips.
+            write_png(&path, 2, 1, &[0.5, 0.5, 0.5, 1.0, 1.0, 1.0], bits, space, &[], &|| false).unwrap();
+            let photograph = read(&std::fs::read(&path).unwrap()).unwrap();
+            close(&photograph.rgb, &[0.214, 0.214, 0.214, 1.0, 1.0, 1.0], within);
+            assert_eq!(photograph.clipped, [false, true]);
+            assert!(photograph.report.to_string().contains("1 of 2 pixels are clipped"), "{}", photograph.report);
+        }
+    }
+}
+
+#[test]
+fn tiff_of_16_bits_is_linear_and_ends_at_its_plateau() {
+    let mut values = vec![1000_u16; 3 * 64];
+    values[..60].fill(4095);
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    TiffEncoder::new(&mut bytes).unwrap().write_image::<colortype::RGB16>(8, 8, &values).unwrap();
+    let photograph = read(&bytes.into_inner()).unwrap();
+    close(&photograph.rgb[63 * 3..], &[1000.0 / 65_535.0; 3], 1e-6);
+    assert_eq!(photograph.clipped.iter().filter(|clipped| **clipped).count(), 20);
+    assert!(photograph.report.to_string().contains("4095 is a plateau"));
+    assert!(photograph.report.to_string().contains("linear Rec.709"));
+}
+
+/// A JPEG of 8 x 8 grey pixels of 128 + `dc` / 8 * 16, quantised by 16, with EXIF that says an orientation: baseline, one component.
+fn jpeg() -> Vec<u8> {
+    let exif = b"Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0";
+    let mut bytes = vec![0xFF, 0xD8, 0xFF, 0xE1];
+    bytes.extend(((exif.len() + 2) as u16).to_be_bytes());
+    bytes.extend(exif);
+    bytes.extend([0xFF, 0xDB, 0, 67, 0]);
+    bytes.extend([16; 64]);
+    // 16 columns, 8 rows.
+    bytes.extend([0xFF, 0xC0, 0, 11, 8, 0, 8, 0, 16, 1, 1, 0x11, 0]);
+    // DC: categories 0 and 5 by codes 0 and 10; AC: the end of a block by 0.
+    bytes.extend([0xFF, 0xC4, 0, 21, 0x00, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5]);
+    bytes.extend([0xFF, 0xC4, 0, 20, 0x10, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
+    bytes.extend([0xFF, 0xDA, 0, 8, 1, 1, 0, 0, 63, 0]);
+    // Block one: no difference, end. Block two: +16 (category 5, 10000), end: 0 0 10 10000 0, filled with ones.
+    bytes.extend([0b0010_1000, 0b0011_1111, 0xFF, 0xD9]);
+    bytes
+}
+
+#[test]
+fn jpeg_is_turned_by_its_exif() {
+    let photograph = read(&jpeg()).unwrap();
+    // Stored 16 x 8, dark left, light right; orientation 6 puts the left side on top.
+    assert_eq!((photograph.width, photograph.height), (8, 16));
+    // 128 / 255, and 128 + 16 * 16 / 8 = 160 of 255, decoded as sRGB.
+    let light = |byte: f32| ((byte / 255.0 + 0.055) / 1.055).powf(2.4);
+    close(&photograph.rgb[..3], &[light(128.0); 3], 5e-3);
+    close(&photograph.rgb[3 * 127..], &[light(160.0); 3], 5e-3);
+    assert!(photograph.report.to_string().contains("orientation 6"));
+    for length in 0..jpeg().len() {
+        let _ = read(&jpeg()[..length]);
+    }
+    let mut huge = jpeg();
+    let size = huge.windows(2).position(|pair| pair == [0xFF, 0xC0]).unwrap() + 5;
+    huge[size..size + 4].copy_from_slice(&[0x3F, 0xFF, 0x1F, 0xFF]);
+    assert!(read(&huge).unwrap_err().contains("declares 402579459 bytes of pixels"), "{:?}", read(&huge));
+}
+
+#[test]
+fn what_is_no_photograph_is_refused_with_what_to_do() {
+    for (bytes, words) in [
+        (&b""[..], "it is empty"),
+        (b"\0\0\0\x18ftypheic", "convert it to a linear 16-bit TIFF"),
+        (b"FUJIFILMCCD-RAW", "RAW"),
+        (b"GIF89a", "no PNG, JPEG, TIFF"),
+    ] {
+        assert!(read(bytes).unwrap_err().contains(words));
+    }
+}
