@@ -16,7 +16,7 @@ CARGO_ARGS ?= --locked
 
 READERS := .readers
 
-.PHONY: help readers test-readers test quick lint lint-rust lint-python test-rust test-python build bench wheel wheel-check images clean
+.PHONY: help fuzz readers test-readers test quick lint lint-rust lint-python test-rust test-python build bench wheel wheel-check images clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -75,6 +75,12 @@ $(VENV)/tools: pyproject.toml
 		print(*d["build-system"]["requires"], *p["dependencies"], *p["optional-dependencies"]["test"], sep="\n")' > $(VENV)/requirements.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade -r $(VENV)/requirements.txt
 	@touch $@
+
+# READER=NAME for one of them (`python tools/fuzz --list`), N for how many inputs each.
+READER ?=
+N ?= 10000
+fuzz: ## mutate seeds of every reader, in processes with limits on memory and time; READER=x N=100000 for one
+	$(BIN)/python tools/fuzz $(READER) -n $(N)
 
 bench: build ## the measurements of docs/evidence/performance.md, on this machine
 	$(BIN)/python bench/run.py

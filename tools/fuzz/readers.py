@@ -72,8 +72,9 @@ def _spectra(_: Path) -> list[bytes]:
         "\n".join(f"{x:.2f}\t{y}" for x, y in rows).encode(),
         ("Probe 7; 25 ms\nWave;Dark;Ref;Sample;Reflectance\n[nm];[counts];[counts];[counts];[%]\n" + comma).encode(),
         (jcamp + "400.1, 0.042; 400.6, 0.044\n401.1, 0.041; 402, 0.04\n##END=\n").encode(),
-        b"##TITLE= x\n##FIRSTX= 400\n##LASTX= 402\n##NPOINTS= 3\n##YFACTOR= 0.001\n##XYDATA= (X++(Y..Y))\n400 +42+44\n402 +41\n##END=\n",
-        '"Wavelength (nm)","Measured Reflectance","Calculated Reflectance"\n400.1,0.042,0.0421\n400.6,0.044,0.0440\n'.encode(),
+        b"##TITLE= x\n##FIRSTX= 400\n##LASTX= 402\n##NPOINTS= 3\n##YFACTOR= 0.001\n"
+        b"##XYDATA= (X++(Y..Y))\n400 +42+44\n402 +41\n##END=\n",
+        b'"Wavelength (nm)","Measured Reflectance","Calculated Reflectance"\n400.1,0.042,0.0421\n400.6,0.044,0.0440\n',
         "Wellenl\u00e4nge [\u00b5m];R [%]\n0,500;4,2\n0,510;4,4\n0,520;4,1\n".encode("utf-16"),
     ]
 
@@ -89,7 +90,10 @@ def _tiffs(_: Path) -> list[bytes]:
 
     made = []
     for values, options in (
-        (_pixels().astype("float32"), {"imagej": True, "metadata": {"unit": "mm", "vunit": "nm", "c0": 0.0, "c1": 1.0}}),
+        (
+            _pixels().astype("float32"),
+            {"imagej": True, "metadata": {"unit": "mm", "vunit": "nm", "c0": 0.0, "c1": 1.0}},
+        ),
         (_pixels().astype("uint16"), {"extratags": [(274, 3, 1, 6, True)]}),
         (_pixels().astype("uint8"), {"compression": "zlib"}),
     ):

@@ -11,6 +11,9 @@ from iridesce.arguments.operands import Floats
 from iridesce.inverse.model import Problem
 from iridesce.inverse.solve import Data
 
+# Values so many times the median are damaged digits: no detector has such a range.
+_FAR_OUT = 1e9
+
 
 def cleaned(
     wavelength_nm: npt.ArrayLike, measured: npt.ArrayLike, noise: npt.ArrayLike | None, notes: list[str]
@@ -28,9 +31,16 @@ def cleaned(
     good = np.isfinite(nm) & np.isfinite(values) & (nm > 0.0)
     if sd is not None:
         good &= np.isfinite(sd) & (sd > 0.0)
+    # One damaged digit, 1e154 among reflectances, would take every sum of squares with it.
+    typical = float(np.median(np.abs(values[good]))) if good.any() else 0.0
+    if typical > 0.0:
+        good &= np.abs(values) <= _FAR_OUT * typical
     dropped = int(nm.size - good.sum())
     if dropped:
-        notes.append(f"{dropped} of {nm.size} points dropped: not finite, or a wavelength or noise that is not > 0")
+        notes.append(
+            f"{dropped} of {nm.size} points dropped: not finite, beyond {_FAR_OUT:g} times the others, or a wavelength or "
+            "noise that is not > 0"
+        )
     nm, values = nm[good], values[good]
     sd = None if sd is None else sd[good]
     if nm.size == 0:

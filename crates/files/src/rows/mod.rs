@@ -105,7 +105,7 @@ impl Rows {
             (Some(pairs), None) if pairs.names.iter().any(|name| !name.is_empty()) => Some(pairs),
             (_, best) => best,
         };
-        let reading = chosen.filter(|reading| order_has_values(reading)).ok_or_else(|| nothing(&lines))?;
+        let reading = chosen.ok_or_else(|| nothing(&lines))?;
         finish(reading, &lines)
     }
 
@@ -153,10 +153,6 @@ impl Rows {
 /// Whether no two rows begin with the same number.
 fn is_strict(reading: &Reading) -> bool {
     is_monotone(reading) && reading.rows.windows(2).all(|pair| pair[0].cells[0] != pair[1].cells[0])
-}
-
-fn order_has_values(reading: &Reading) -> bool {
-    reading.rows.iter().any(|row| row.cells[1..].iter().any(|cell| cell.is_number()))
 }
 
 /// Whether the first column only rises or only falls (or, where rows are numbered, whether it counts).
