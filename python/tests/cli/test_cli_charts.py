@@ -180,7 +180,7 @@ def test_a_folder_is_not_overwritten(iridesce: Run, tmp_path: Path) -> None:
     (tmp_path / "a.png").mkdir()
     finished = iridesce("chart", "strip", SOAP, "-o", "a.png")
     assert (finished.returncode, finished.stdout) == (1, "")
-    assert "a.png: is a folder" in finished.stderr
+    assert "it is a folder" in finished.stderr
 
 
 def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

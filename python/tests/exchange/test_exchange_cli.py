@@ -49,7 +49,7 @@ def test_export_prints_files_and_the_report(iridesce: Run, tmp_path: Path) -> No
         (("lut", "air / TiO2 ? / Ti", "--quantity", "transmittance", "-o", "x.exr"), 3, "absorbs"),
         (("lut", "air / soap ? / air", "--quantity", "phase", "-o", "x.exr"), 3, "quantity must be"),
         (("lut", "air / soap ? / air", "--size", "1x1", "-o", "x.exr"), 3, "each >= 2"),
-        (("lut", "air / soap ? / air", "-o", "no/such/x.exr"), 1, "no such folder"),
+        (("lut", "air / soap ? / air", "-o", "no/such/x.exr"), 1, "the folder no/such does not exist"),
         (("export", "air / soap ? / air", "--to", "unreal", "-o", "out"), 3, "to must be one of"),
         (("export", "no-such-scene", "--to", "lut", "-o", "out"), 3, "no-such-scene"),
     ],

@@ -165,7 +165,7 @@ def test_what_cannot_be_is_refused_before_the_work(tmp_path: Path) -> None:
         (("soap-bubble", "-o", "x.avi"), 2, ".mp4"),
         (("soap-bubble", "-o", "x.mp4", "--format", "exr"), 2, "png"),
         (("soap-bubble", "-o", "x.mp4", "--format", "jpg"), 2, "png, exr or both"),
-        (("soap-bubble", "-o", "none/x.mp4"), 1, "no such folder"),
+        (("soap-bubble", "-o", "none/x.mp4"), 1, "the folder none does not exist"),
         (("soap-bubble", "-o", "x.mp4", "--seconds", "0"), 3, "--seconds must be > 0"),
         (("soap-bubble", "-o", "x.mp4", "--fps", "nan"), 3, "--fps must be > 0"),
         (("soap-bubble", "-o", "x.mp4", "--seconds", "1e6"), 3, "100000 frames"),

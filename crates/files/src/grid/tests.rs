@@ -268,6 +268,7 @@ fn orientation_pages_and_calibration_of_a_tiff_count() {
         ("ImageJ=1.53\nc0=1\nc1=2\nvunit=kg\n", "\"kg\" (ImageJ's vunit)"),
         ("ImageJ=1.53\nc0=1\nc1=2\n", "without a unit of length"),
         ("ImageJ=1.53\ncf=20\nc0=1\nc1=2\nvunit=nm\n", "no straight line"),
+        ("ImageJ=1.53\nimages=3\nslices=3\n", "stack of 3 pictures"),
         ("ImageJ=1.53\nc0=x\nc1=2\nvunit=nm\n", "c0 must be a number, got \"x\""),
     ] {
         let error = decode(&tiff_of(1, 1, description)).unwrap_err();

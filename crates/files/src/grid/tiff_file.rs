@@ -126,6 +126,13 @@ pub fn page(bytes: &[u8], asked: Option<usize>, watch: &Watch, report: &mut Read
         return Err("its numbers grow from white to black (WhiteIsZero); save it without inversion".into());
     }
     let description = decoder.get_tag_ascii_string(Tag::ImageDescription).unwrap_or_default();
+    // ImageJ keeps stacks beyond 4 GiB, and some writers all stacks, behind one directory.
+    let hidden = fact(&description, "images").and_then(|count| count.parse::<usize>().ok()).unwrap_or(1);
+    if pages.len() == 1 && hidden > 1 {
+        return Err(format!(
+            "it is an ImageJ stack of {hidden} pictures behind one directory; save the one that is meant by itself"
+        ));
+    }
     let icc = decoder.get_tag_u8_vec(Tag::Unknown(34675)).ok().filter(|profile| !profile.is_empty());
     let orientation = decoder.find_tag_unsigned::<u16>(Tag::Orientation).map_err(damaged)?.unwrap_or(1);
     let values = decoder.read_image().map_err(damaged)?;
