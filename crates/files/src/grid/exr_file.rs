@@ -6,7 +6,7 @@ use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer,
 use iridesce_numerics::Watch;
 use iridesce_thickness::ThicknessMap;
 
-use super::{MapChoice, Plane, Samples, no_page};
+use super::plane::{MapChoice, Plane, Samples, no_page};
 use crate::exr::{OpenExr, open_exr};
 use crate::report::ReadReport;
 use crate::words::quoted;

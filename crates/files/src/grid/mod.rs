@@ -13,14 +13,16 @@ use iridesce_thickness::{ThicknessError, ThicknessMap};
 use crate::limits::check_size;
 use crate::report::ReadReport;
 use crate::whole::read_whole_watched;
-use crate::words::{listed, quoted};
 
 mod exr_file;
 mod npy;
+mod plane;
 pub mod png_file;
 pub mod tiff_file;
 
 pub use exr_file::thickness_exr;
+pub use plane::MapChoice;
+use plane::Samples;
 
 /// Largest file of a map: the largest map in double precision, and then some.
 pub const MAX_GRID_BYTES: u64 = 4 << 30;
@@ -35,29 +37,6 @@ pub struct Grid {
     is_share: bool,
     /// How the file was understood.
     pub report: ReadReport,
-}
-
-/// Numbers as a decoder found them, row after row, row 0 on top.
-pub struct Plane {
-    width: usize,
-    height: usize,
-    samples: Samples,
-}
-
-pub enum Samples {
-    /// Floats: nm.
-    Nanometres(Vec<f64>),
-    /// Whole numbers over the largest one of their format.
-    Shares(Vec<f64>),
-}
-
-/// Which part of a file is the map, where it holds several.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct MapChoice<'a> {
-    /// `part:layer.channel` of an OpenEXR file, `R`, `G`, `B` or `A` of a picture in colour.
-    pub channel: Option<&'a str>,
-    /// The page of a TIFF, the first being 1.
-    pub page: Option<usize>,
 }
 
 /// The map in a file; `min_nm` and `max_nm` are needed where it holds whole numbers, and refused where it holds floats.
@@ -159,44 +138,6 @@ impl Grid {
         }
         let nm = self.values.thickness_nm().iter().map(|share| min_nm * (1.0 - share) + max_nm * share).collect();
         ThicknessMap::new(self.values.width(), self.values.height(), nm).map(Arc::new)
-    }
-}
-
-/// One number a pixel: the channel that was named; or else the only one, transparency apart; or colours that are equal.
-fn one_of(
-    samples: Vec<f64>,
-    names: &[&str],
-    choice: &MapChoice<'_>,
-    report: &mut ReadReport,
-) -> Result<Vec<f64>, String> {
-    let channels = names.len();
-    let pixels = samples.chunks_exact(channels);
-    let (place, why) = match choice.channel {
-        Some(asked) => (
-            names.iter().position(|name| name.eq_ignore_ascii_case(asked.trim())).ok_or_else(|| {
-                format!("it has no channel {}; there are {}", quoted(asked), listed(names.iter().copied()))
-            })?,
-            "channel =",
-        ),
-        None if channels < 3 => (0, "the only one"),
-        None if pixels.clone().all(|p| p[0] == p[1] && p[1] == p[2]) => (0, "its colours are equal"),
-        None => {
-            return Err(
-                "it is a picture in colour; name the channel (glTF keeps thickness in green: channel = \"G\"), or \
-                        save it in grey, one number a pixel"
-                    .into(),
-            );
-        }
-    };
-    report.take("thickness", names[place], "", why);
-    Ok(if channels == 1 { samples } else { pixels.map(|p| p[place]).collect() })
-}
-
-/// Only a TIFF has pages.
-fn no_page(choice: &MapChoice<'_>, format: &str) -> Result<(), String> {
-    match choice.page {
-        None | Some(1) => Ok(()),
-        Some(page) => Err(format!("page must be 1: a file of {format} has no other, got {page}")),
     }
 }
 

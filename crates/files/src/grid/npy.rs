@@ -2,7 +2,7 @@
 
 use exr::prelude::f16;
 
-use super::{MapChoice, Plane, Samples, no_page};
+use super::plane::{MapChoice, Plane, Samples, no_page};
 use crate::limits::check_size;
 use crate::report::ReadReport;
 use crate::words::{harmless, quoted};

@@ -2,7 +2,7 @@
 
 use iridesce_numerics::Watch;
 
-use super::{MapChoice, Plane, Samples, no_page, one_of};
+use super::plane::{MapChoice, Plane, Samples, no_page, one_of};
 use crate::input::Input;
 use crate::limits::{check_ratio, check_size, room};
 use crate::report::ReadReport;

@@ -4,7 +4,7 @@ use iridesce_numerics::Watch;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::{PhotometricInterpretation, Tag};
 
-use super::{MapChoice, Plane, Samples, one_of};
+use super::plane::{MapChoice, Plane, Samples, one_of};
 use crate::input::Input;
 use crate::limits::{check_ratio, check_size, room};
 use crate::orient::upright;
