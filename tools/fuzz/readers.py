@@ -147,6 +147,17 @@ def _exrs(folder: Path) -> list[bytes]:
     return [*made, path.read_bytes()]
 
 
+def _skies(folder: Path) -> list[bytes]:
+    """Twice as wide as high: other shapes are refused as cube maps."""
+    import numpy as np
+
+    import iridesce as ir
+
+    path = folder / "sky.exr"
+    ir.Image(np.repeat(_pixels()[:4, :, None] / 255.0, 3, axis=2)).save(path)
+    return [path.read_bytes(), (ROOT / "scenes" / "maps" / "two-windows.exr").read_bytes()]
+
+
 def _hdrs(_: Path) -> list[bytes]:
     flat = bytes(value for pixel in range(8 * 4) for value in (pixel * 7 % 256, pixel, 200, 120 + pixel % 16))
     head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n"
@@ -187,7 +198,7 @@ def _tables(folder: Path) -> list[bytes]:
 def _film() -> Any:
     import iridesce as ir
 
-    film = ir.thickness.simulate("free-bubble", 0.1, 30.0, columns=32)
+    film = ir.thickness.simulate("late", 0.1, 30.0, columns=64, regeneration=0.0)
     next(film)
     return film.checkpoint()
 
@@ -287,7 +298,13 @@ def _table(path: Path) -> Any:
 def _checkpoint(content: bytes, _: Path) -> Any:
     import iridesce as ir
 
-    return ir.thickness.simulate("free-bubble", 0.1, 30.0, columns=32, checkpoint=content)
+    # Its check sum (FNV-1a) hides every other change: most inputs have a right one.
+    if len(content) > 8 and content[-1] % 8:
+        check = 0xCBF29CE484222325
+        for byte in content[:-8]:
+            check = (check ^ byte) * 0x100000001B3 % 2**64
+        content = content[:-8] + check.to_bytes(8, "little")
+    return ir.thickness.simulate("late", 0.1, 30.0, columns=64, regeneration=0.0, checkpoint=content)
 
 
 def _path(path: Path) -> Any:
@@ -338,7 +355,7 @@ READERS = {
         Reader("map-tiff", _tiffs, _file("map.tif", _map)),
         Reader("map-png", _pngs, _file("map.png", _map)),
         Reader("map-npy", _npys, _file("map.npy", _map)),
-        Reader("environment-exr", _exrs, _file("map.exr", _environment)),
+        Reader("environment-exr", _skies, _file("map.exr", _environment)),
         Reader("environment-hdr", _hdrs, _file("map.hdr", _environment)),
         Reader("photograph-jpeg", _jpegs, _file("photo.jpg", _photograph)),
         Reader("photograph-png", _pngs, _file("photo.png", _photograph)),

@@ -15,7 +15,7 @@ from iridesce._notebook import swatch
 from iridesce.arguments.operands import Floats, reals, scalar
 from iridesce.arguments.scalars import text
 from iridesce.color.screen import chromatic
-from iridesce.files.report import ReadReport
+from iridesce.files.report import ReadReport, of_core
 from iridesce.files.whole import read_whole
 
 _CSV_SUFFIXES = {".csv", ".txt", ".tsv"}
@@ -69,7 +69,7 @@ class Illuminant:
     def _from_bytes(cls, content: bytes, label: str) -> Illuminant:
         core, plain = _core.Illuminant.from_bytes(content, label)
         made = cls._wrap(core, content.decode("utf-8", "surrogateescape"), label)
-        made._read = ReadReport.of_core(plain)
+        made._read = of_core(plain)
         return made
 
     @property

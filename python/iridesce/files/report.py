@@ -41,19 +41,20 @@ class ReadReport(NamedTuple):
     dropped: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
-    @classmethod
-    def of_core(cls, plain: tuple[str, list[tuple[str, str, str, str]], list[str], list[str]]) -> ReadReport:
-        """From the core's plain values."""
-        kind, taken, dropped, notes = plain
-        return cls(kind, tuple(Taken(*one) for one in taken), tuple(dropped), tuple(notes))
-
     @property
     def sentences(self) -> tuple[str, ...]:
         """Guesses, conversions and losses, one sentence each."""
         return (*self.notes, *(f"left out: {what}" for what in self.dropped))
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain values, for JSON."""
+        """As plain values, for JSON.
+
+        Returns    dict of format, taken (a list of dicts), dropped and notes
+        Raises     nothing
+
+        >>> ReadReport("NPY", notes=("half of the values are 0",)).to_dict()["notes"]
+        ['half of the values are 0']
+        """
         taken = [one._asdict() for one in self.taken]
         return {"format": self.format, "taken": taken, "dropped": list(self.dropped), "notes": list(self.notes)}
 
@@ -62,3 +63,9 @@ class ReadReport(NamedTuple):
         for role, name, unit, why in self.taken:
             parts.append(f'{role}: "{name}"' + (f" in {unit}" if unit else "") + (f" ({why})" if why else ""))
         return "; ".join([*parts, *self.sentences])
+
+
+def of_core(plain: tuple[str, list[tuple[str, str, str, str]], list[str], list[str]]) -> ReadReport:
+    """A report from the core's plain values."""
+    kind, taken, dropped, notes = plain
+    return ReadReport(kind, tuple(Taken(*one) for one in taken), tuple(dropped), tuple(notes))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats
-from iridesce.files.report import ReadReport
+from iridesce.files.report import ReadReport, of_core
 from iridesce.files.whole import read_whole
 
 _QUANTITIES = ("reflectance", "transmittance")
@@ -89,7 +89,7 @@ def read_spectrum(
         nm, values, name, plain = _core.read_spectrum(content, *places, unit, unit_y, quantity, range_nm)
     except ValueError as error:
         raise ValueError(f"{label}: {error}") from None
-    read = ReadReport.of_core(plain)
+    read = of_core(plain)
     return Spectrum(nm, values, name, read.sentences, read)
 
 

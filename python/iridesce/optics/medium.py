@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce._notebook import facts_html
-from iridesce.files.report import ReadReport
+from iridesce.files.report import ReadReport, of_core
 from iridesce.files.whole import read_whole
 
 MediumLike: TypeAlias = "str | complex | Medium"
@@ -99,7 +99,7 @@ class Medium:
         medium = cls.__new__(cls)
         medium._core, text, plain = _core.Medium.from_bytes(content, label)
         medium._origin = ("text", text, label)
-        medium._read = ReadReport.of_core(plain)
+        medium._read = of_core(plain)
         return medium
 
     @classmethod

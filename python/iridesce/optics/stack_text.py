@@ -25,10 +25,10 @@ def parse_items(text: object, open_layers: bool = False) -> list[Item]:
     ``open_layers``: a layer may leave its thickness out, or write ``?`` for it, as in ``air / soap / air``.
     """
     if not isinstance(text, str):
-        raise ValueError(f"a stack as text looks like {EXAMPLE}, got {text!r}")
+        raise ValueError(f"a stack as text looks like {EXAMPLE}, got {text!r:.200}")
     words = [item.split() for item in re.split(r"(?<!\S)/(?!\S)", text)]
     if len(words) < 2:
-        raise ValueError(f'a stack needs two or more items separated by " / ", as in {EXAMPLE}, got {text!r}')
+        raise ValueError(f'a stack needs two or more items separated by " / ", as in {EXAMPLE}, got {text!r:.200}')
     ends = (1, len(words))
     return [_parse_item(item, number, number in ends, open_layers) for number, item in enumerate(words, start=1)]
 
@@ -36,7 +36,7 @@ def parse_items(text: object, open_layers: bool = False) -> list[Item]:
 def _parse_item(words: list[str], number: int, is_end: bool, open_layers: bool) -> Item:
     if not words:
         raise ValueError(f"item {number} of the stack is empty; it should look like {EXAMPLE}")
-    where = f"item {number} of the stack, {' '.join(words)!r}"
+    where = f"item {number} of the stack, {' '.join(words)!r:.100}"
     medium = _parse_medium(words[0], where)
     if is_end:
         if len(words) > 1:
@@ -47,11 +47,11 @@ def _parse_item(words: list[str], number: int, is_end: bool, open_layers: bool) 
     if len(words) < 2:
         raise ValueError(f'{where}: a layer needs its thickness in nm, as in "{words[0]} 320"')
     if words[2:] not in ([], ["incoherent"]):
-        raise ValueError(f'{where}: after the thickness only "incoherent" may follow, got {" ".join(words[2:])!r}')
+        raise ValueError(f'{where}: after the thickness only "incoherent" may follow, got {" ".join(words[2:])!r:.100}')
     try:
         thickness_nm = float(words[1])
     except ValueError:
-        raise ValueError(f"{where}: the thickness in nm must be a number, got {words[1]!r}") from None
+        raise ValueError(f"{where}: the thickness in nm must be a number, got {words[1]!r:.100}") from None
     return Item(where, medium, thickness_nm, len(words) == 2)
 
 
@@ -62,5 +62,5 @@ def _parse_medium(word: str, where: str) -> str | complex:
     try:
         index = complex(word)
     except ValueError:
-        raise ValueError(f"{where}: an index is written n or n+kj, got {word!r}") from None
+        raise ValueError(f"{where}: an index is written n or n+kj, got {word!r:.100}") from None
     return index if index.imag else index.real

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
 from iridesce.arguments.scalars import file_name, number
-from iridesce.files.report import ReadReport
+from iridesce.files.report import ReadReport, of_core
 
 _TIFF = (".tif", ".tiff")
 _ENDINGS = (*_TIFF, ".exr", ".npy")
@@ -127,7 +127,7 @@ class ThicknessMap:
                 raise ValueError(f"page must be a whole number >= 1 or None, got {page!r:.60}")
         values, plain = _core.load_thickness_map(name, given["min_nm"], given["max_nm"], channel, page)
         made = cls(values)
-        made._read = ReadReport.of_core(plain)
+        made._read = of_core(plain)
         return made
 
     @property

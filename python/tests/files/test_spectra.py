@@ -160,7 +160,7 @@ def test_what_is_missing_is_nan_and_what_was_guessed_is_said(tmp_path: Path) -> 
         (b"\x00\x01\x02\xff" * 1000, "no table of numbers: it is a binary file"),
         (b"\x89PNG\r\n\x1a\n" + bytes(range(256)) * 20, "no table"),
         (b"500\n501\n502\n", "no table"),
-        (b"50000,0.1\n50001,0.1\n", "no wavelength in nm or um; say the unit"),
+        (b"50000,0.1\n50001,0.1\n", "without a unit: 1/cm or nm.*say the unit"),
         (b"nan,0.1\nnan,0.2\n", "no table"),
         (b"##TITLE= x\n##XYDATA= (X++(Y..Y))\n400.1@VKT%TLkj%J\n##END=\n", "compressed"),
         (b"##TITLE= x\n##FIRSTX= x\n##XYDATA= (X++(Y..Y))\n400 1 2 3\n##END=\n", "FIRSTX"),

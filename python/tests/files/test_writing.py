@@ -165,8 +165,8 @@ def test_damaged_frames_are_drawn_again(tmp_path: Path, damage: str) -> None:
 
 def test_a_frame_that_cannot_be_made_again_is_named(tmp_path: Path) -> None:
     folder = tmp_path / "run"
-    command = [sys.executable, "-m", "iridesce", "flow", "free-bubble", "--time", "0.02", "--fps", "50"]
-    command += ["--columns", "32", "-o", str(folder)]
+    command = [sys.executable, "-m", "iridesce", "flow", "late", "--time", "0.02", "--fps", "50"]
+    command += ["--columns", "64", "--set", "regeneration=0", "-o", str(folder)]
     subprocess.run(command, check=True, capture_output=True, timeout=300)
     (folder / "frame_00000.tif").write_bytes(b"")
     command[command.index("0.02")] = "0.04"

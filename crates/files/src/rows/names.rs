@@ -11,10 +11,20 @@ const AXIS_LABELS: [&str; 2] = ["XUNITS", "YUNITS"];
 pub fn above(lines: &[&str], first_line: usize, width: usize, dialect: Dialect) -> Vec<String> {
     let mut names = vec![String::new(); width];
     let mut found: Vec<Vec<String>> = Vec::new();
+    let mut is_comment = None;
     for line in lines[..first_line - 1].iter().rev() {
         if line.trim().is_empty() {
-            continue;
+            if found.is_empty() {
+                continue;
+            }
+            break;
         }
+        // A comment over a line of names is a comment, however many words it has.
+        let starts_comment = line.trim_start().starts_with(['#', '!', '%']);
+        if !found.is_empty() && is_comment != Some(starts_comment) {
+            break;
+        }
+        is_comment = Some(starts_comment);
         match words(line, width, dialect) {
             Some(words) if found.len() < MOST_LINES => found.push(words),
             // Between names and table some programs write one more line: a marker, a remark.

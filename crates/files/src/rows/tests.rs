@@ -52,6 +52,8 @@ fn header_lines_are_no_names_and_second_tables_are_told() {
     assert_eq!((table.names, table.others), (vec!["b".to_owned(), "T".to_owned()], vec![(2, 3)]));
     let table = read("WL;Dark;Ref\n[nm];[cts];[%]\n\n400;1;2\n401;1;3\n");
     assert_eq!(table.names, ["WL [nm]", "Dark [cts]", "Ref [%]"]);
+    let table = read("# made up\nwavelength n\n400 1.5\n401 1.6\n");
+    assert_eq!(table.names, ["wavelength", "n"]);
     // A separator at the end of each row, and short rows.
     let table = read("nm,R,\n400,1,\n401,,\n402,3,\n");
     assert_eq!((table.names.len(), table.missing, table.ragged), (2, 1, None));
