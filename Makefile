@@ -16,7 +16,7 @@ CARGO_ARGS ?= --locked
 
 READERS := .readers
 
-.PHONY: help fuzz readers test-readers test quick lint lint-rust lint-python test-rust test-python build bench wheel wheel-check images clean
+.PHONY: help fuzz reference readers test-readers test quick lint lint-rust lint-python test-rust test-python build bench wheel wheel-check images clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -50,7 +50,7 @@ readers: $(VENV)/tools ## install the programs that the tests of exports are rea
 		print(*d["project"]["optional-dependencies"]["readers"], sep="\n")' > $(VENV)/readers.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r $(VENV)/readers.txt
 	mkdir -p $(READERS)
-	npm install --silent --no-audit --no-fund --prefix $(READERS) gltf-validator@2.0.0-dev.3.10 three@0.187 playwright-core
+	npm install --silent --no-audit --no-fund --prefix $(READERS) gltf-validator@2.0.0-dev.3.10 three@0.187 playwright-core @babylonjs/core@9.35
 	test -x $(READERS)/bpy/bin/python || $(PYTHON) -m venv $(READERS)/bpy
 	$(READERS)/bpy/bin/python -m pip install --quiet --disable-pip-version-check bpy==5.0.1
 
@@ -84,6 +84,9 @@ fuzz: ## mutate seeds of every reader, in processes with limits on memory and ti
 
 bench: build ## the measurements of docs/evidence/performance.md, on this machine
 	$(BIN)/python bench/run.py
+
+reference: build ## the reference suite: charts and scenes with spectral truth, in reference/
+	$(BIN)/python tools/data/reference_suite.py
 
 wheel: $(VENV)/tools ## a wheel for this platform in dist/
 	$(BIN)/maturin build --release --locked --out dist
