@@ -49,7 +49,8 @@ def export(
     """Write a film, or a scene, for another program, and tell how far that program's colours are from the truth.
 
     stack_or_scene  a `Stack` or its text ("air / soap ? / air"), a `Scene`, or what `Scene.load` takes
-    to              "lut" (EXR tables of exact colours), "cube", "shader" (GLSL, WGSL, HLSL, OSL) or "osl"
+    to              "lut" (EXR tables of exact colours), "cube", "shader" (GLSL, WGSL, HLSL, OSL), "osl", "mitsuba" (a
+                    plugin with spectra), "cycles" (a script), "gltf", "openpbr" (MaterialX) or "usd"
     path            a folder; it is made where it is missing
     vary            (A, B) nm: the range over which the film's thickness goes; of several layers that one varies whose
                     thickness is an array, or ``?`` in text. Without it the extent of the map or array

@@ -79,3 +79,21 @@ def test_pictures_of_scenes_are_as_large_as_told() -> None:
         again = ir.render(scene, samples=2, seed=9, size=(64, 64)).xyz[..., 1]
         stored = channels["Y"].reshape(64, 8, 64, 8).mean(axis=(1, 3))
         assert abs(float(again.mean()) - float(stored.mean())) < 0.05 * max(float(stored.mean()), 1e-3)
+
+
+def test_the_flat_quads_show_chart_1() -> None:
+    """S1 is C1 as a picture: each quad at its angle, thickness upwards, no quad in another's mirror."""
+    channels, _ = exr.read_exr((FOLDER / "scenes" / "S1.exr").read_bytes(), "S1")
+    xyz = np.stack([channels[letter] for letter in "XYZ"], axis=-1).astype(np.float64)
+    seen, true = [], []
+    for number, angle in enumerate((0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)):
+        column = round((2.0 * (number - 3) + 7.0) / 14.0 * 512)
+        for row in range(30, 482, 40):
+            height = 7.0 - (row + 0.5) * 14.0 / 512
+            thickness = 50.0 + 1150.0 * (height + 6.5) / 13.0
+            seen.append(xyz[row, column - 8 : column + 8].mean(axis=0))
+            true.append(ir.Stack(["air", ir.Layer("soap", thickness), "air"]).color(angle_deg=angle))
+    scale = 1.0 / np.array(true)[:, 1].max()
+    lab = [ir.color.convert(np.array(side) * scale, "xyz", "lab") for side in (seen, true)]
+    assert float(ir.color.delta_e(*lab).mean()) < 0.05 and float(ir.color.delta_e(*lab).max()) < 0.2
+    assert float(ir.color.delta_e(lab[0], np.roll(lab[1], 1, axis=0)).mean()) > 5.0, "any picture would pass"

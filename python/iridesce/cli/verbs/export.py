@@ -20,7 +20,15 @@ def verb(
     source: Annotated[
         str, typer.Argument(metavar="STACK|SCENE", help=f"A scene, or a stack. {VARYING_HELP}", show_default=False)
     ],
-    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="lut, cube, shader, osl, ...", show_default=False)],
+    to: Annotated[
+        str,
+        typer.Option(
+            "--to",
+            metavar="TARGET",
+            help="lut, cube, shader, osl, mitsuba, cycles, gltf, openpbr or usd.",
+            show_default=False,
+        ),
+    ],
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="DIR", help="Folder to write into.", show_default=False)
     ],
