@@ -326,3 +326,27 @@ def test_the_same_bytes_each_time(tmp_path: Path) -> None:
         for a, b in zip(first.files, second.files, strict=True):
             assert a.read_bytes() == b.read_bytes(), a.name
             assert str(tmp_path).encode() not in a.read_bytes(), a.name
+
+
+def test_the_first_row_of_a_map_is_the_top_in_every_target(tmp_path: Path) -> None:
+    from iridesce.exchange import png
+
+    grid = np.array([[100.0, 200.0], [300.0, 400.0]])
+    ir.thickness.ThicknessMap(grid).save(tmp_path / "map.npy")
+    for target in ("gltf", "openpbr", "usd", "cycles"):
+        ir.export("air / soap ? / air", target, tmp_path / target, thickness=tmp_path / "map.npy")
+        file = png.read_png((tmp_path / target / "film_thickness.png").read_bytes(), target)
+        assert file.peak == 65535
+        assert np.allclose(100.0 + 300.0 * file.values[..., 1] / file.peak, grid, atol=0.01), target
+    tree = json.loads((tmp_path / "gltf" / "film.gltf").read_text())
+    film = tree["materials"][0]["extensions"]["KHR_materials_iridescence"]
+    assert (film["iridescenceThicknessMinimum"], film["iridescenceThicknessMaximum"]) == (100.0, 400.0)
+    # v is turned for glTF, which counts from the top: the highest point of the ball reads the first row.
+    points = np.frombuffer((tmp_path / "gltf" / "film.bin").read_bytes(), "<f4")
+    view = {key: tree["bufferViews"][tree["accessors"][n]["bufferView"]] for key, n in
+            tree["meshes"][0]["primitives"][0]["attributes"].items()}  # fmt: skip
+    place, uv = (
+        points[view[key]["byteOffset"] // 4 :][: view[key]["byteLength"] // 4] for key in ("POSITION", "TEXCOORD_0")
+    )
+    top = int(np.argmax(place.reshape(-1, 3)[:, 1]))
+    assert uv.reshape(-1, 2)[top, 1] == 0.0
