@@ -2,12 +2,17 @@
 //!
 //! Little endian: a mark, the parameters with their names, the state, and a check of all that (FNV-1a, 64 bits).
 
+use crate::error::FlowError;
 use crate::events::{Clock, Spot};
-use crate::film::{Books, Film, FlowError, State};
-use crate::grid::Grid;
+use crate::film::{Books, Film, State};
+use crate::grid::{Grid, Shape};
 use crate::parameters::Parameters;
 
 const MARK: &[u8; 8] = b"irflow2\n";
+/// Longest run, s: a lifetime.
+const MOST_SECONDS: f64 = 1e9;
+/// Most events of a kind: more than any run of that length has.
+const MOST_EVENTS: u64 = 1 << 53;
 
 impl Film {
     /// The run as bytes; [`Film::resume`] reads them.
@@ -100,6 +105,10 @@ impl Film {
         if reader.at != body {
             return Err(short());
         }
+        // A right sum says that nothing was damaged, not that a run ever was like this.
+        if let Some(what) = impossible(&state, &parameters) {
+            return Err(FlowError::Checkpoint(format!("cannot be: {what}")));
+        }
         Ok(Film::from_state(parameters, state))
     }
 }
@@ -138,6 +147,82 @@ fn read_state(reader: &mut Reader<'_>, parameters: &Parameters) -> Option<State>
     })
 }
 
+/// What no run can have come to, if there is such a thing.
+fn impossible(state: &State, parameters: &Parameters) -> Option<String> {
+    let told = |what: &str, value: f64, allowed: &str| Some(format!("{what} is {value:?}; {allowed}"));
+    if !(0.0..=MOST_SECONDS).contains(&state.time_s) {
+        return told("its time in s", state.time_s, "from 0 to 1e9 is possible");
+    }
+    if let Some(ruptured_s) = state.ruptured_s.filter(|s| !(0.0..=MOST_SECONDS).contains(s)) {
+        return told("the time of its rupture in s", ruptured_s, "from 0 to 1e9 is possible");
+    }
+    let Books { start, evaporated, swallowed, blackened, drained } = state.books;
+    for (what, value) in [("start", start), ("evaporated", evaporated), ("swallowed", swallowed), ("drained", drained)]
+    {
+        if !(value.is_finite() && value >= 0.0) {
+            return told(&format!("the volume {what}, in m3,"), value, "a finite number >= 0 is possible");
+        }
+    }
+    // Liquid that a spot frees may come back: its account may be a rounding below zero.
+    if !blackened.is_finite() {
+        return told("the volume blackened, in m3,", blackened, "a finite number is possible");
+    }
+    if !(state.surfactant.is_finite() && state.surfactant > 0.0) {
+        return told("its surfactant", state.surfactant, "a finite number > 0 is possible");
+    }
+    for (name, clock) in [("patches", state.patch_clock), ("black spots", state.spot_clock)] {
+        let Clock { passed, next, number } = clock;
+        if !(passed.is_finite() && passed >= 0.0) {
+            return told(&format!("the clock of its {name}"), passed, "a finite number >= 0 is possible");
+        }
+        // An exponential draw is less than 40: 53 bits have no smaller share than 2^-53.
+        if !(next.is_finite() && next >= passed && next - passed <= 40.0) {
+            return told(&format!("the next of its {name}"), next, &format!("{passed:?} to 40 more is possible"));
+        }
+        if number > MOST_EVENTS {
+            return told(&format!("the number of its {name}"), number as f64, "it is more than there can have been");
+        }
+    }
+    for (name, spots) in [("patches", &state.patches), ("black spots", &state.spots)] {
+        for spot in spots {
+            let [x, y, z] = spot.place;
+            let numbers = [x, y, z, spot.radius, spot.from, spot.ratio];
+            let is_possible = numbers.iter().all(|value| value.is_finite())
+                && spot.radius > 0.0
+                && (0.0..=MOST_SECONDS).contains(&spot.from)
+                && (0.0..1.0).contains(&spot.ratio)
+                && match parameters.shape {
+                    Shape::Sphere { radius_m, .. } => {
+                        (x * x + y * y + z * z - 1.0).abs() < 1e-6 && spot.radius <= 4.0 * radius_m
+                    }
+                    Shape::Plane { width_m, height_m } => {
+                        x.abs() <= 2.0 * width_m && z.abs() <= 2.0 * height_m && spot.radius <= width_m + height_m
+                    }
+                };
+            if !is_possible {
+                return Some(format!(
+                    "one of its {name} is at {:?}, {:?} m wide, since {:?} s",
+                    spot.place, spot.radius, spot.from
+                ));
+            }
+        }
+    }
+    let fields = [
+        ("thickness", &state.h),
+        ("surfactant", &state.s),
+        ("velocity down", &state.down),
+        ("velocity across", &state.across),
+        ("tension", &state.q),
+    ];
+    for (name, values) in fields {
+        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+            return told(&format!("the {name} of cell {at}"), values[at], "a finite number is possible");
+        }
+    }
+    let at = state.h.iter().position(|h| *h < 0.0)?;
+    told(&format!("the thickness of cell {at}, in m,"), state.h[at], "a number >= 0 is possible")
+}
+
 struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -165,6 +250,10 @@ impl<'a> Reader<'a> {
 
     fn spots(&mut self) -> Option<Vec<Spot>> {
         let count = self.whole()?;
+        // As many as the bytes that are left can hold, whatever is claimed.
+        if count > (self.bytes.len() - self.at) as u64 / 48 {
+            return None;
+        }
         (0..count)
             .map(|_| {
                 let place = [self.number()?, self.number()?, self.number()?];
@@ -180,4 +269,57 @@ fn whole(out: &mut Vec<u8>, value: u64) {
 
 fn fnv(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A checkpoint of a small film whose numbers are changed, with its sum made right again.
+    fn changed(change: impl FnOnce(&mut State)) -> Result<Film, FlowError> {
+        let mut parameters = Parameters::preset("late").unwrap().with_columns(64);
+        parameters.regeneration = 0.0;
+        let mut film = Film::new(parameters.clone()).unwrap();
+        film.advance_to(0.01).unwrap();
+        let mut state = film.state().clone();
+        change(&mut state);
+        Film::resume(parameters.clone(), &Film::from_state(parameters, state).checkpoint())
+    }
+
+    #[test]
+    fn numbers_that_no_run_can_have_are_refused_by_name() {
+        assert!(changed(|_| {}).is_ok());
+        let refused = |change: &dyn Fn(&mut State), part: &str| {
+            let error = changed(change).err().unwrap_or_else(|| panic!("{part} was believed"));
+            assert!(error.to_string().contains(part), "{part}: {error}");
+        };
+        for bad in [f64::NAN, f64::INFINITY, -1.0] {
+            refused(&|state| state.time_s = bad, "its time");
+            refused(&|state| state.books.evaporated = bad, "evaporated");
+            refused(&|state| state.books.start = bad, "start");
+            refused(&|state| state.surfactant = bad, "its surfactant");
+            refused(&|state| state.patch_clock.passed = bad, "clock of its patches");
+            refused(&|state| state.spot_clock.next = bad, "next of its black spots");
+            refused(&|state| state.h[7] = bad, "thickness of cell 7");
+        }
+        refused(&|state| state.ruptured_s = Some(-3.0), "rupture");
+        refused(&|state| state.patch_clock.next = -1e18, "next of its patches is -1e18");
+        refused(&|state| state.spot_clock.next += 50.0, "next of its black spots");
+        refused(&|state| state.patch_clock.passed = 1e300, "next of its patches");
+        refused(&|state| state.spot_clock.number = u64::MAX, "number of its black spots");
+        refused(&|state| state.q[3] = f64::NAN, "tension of cell 3");
+        refused(&|state| state.down[0] = f64::INFINITY, "velocity down");
+        let spot = Spot { place: [0.0, 0.0, 1.0], radius: 1e-3, from: 0.0, ratio: 0.0 };
+        assert!(changed(|state| state.spots.push(spot)).is_ok());
+        for bad in [
+            Spot { place: [0.0; 3], ..spot },
+            Spot { place: [f64::NAN, 0.0, 1.0], ..spot },
+            Spot { radius: 0.0, ..spot },
+            Spot { radius: 1.0, ..spot },
+            Spot { from: -1e9, ..spot },
+            Spot { ratio: 2.0, ..spot },
+        ] {
+            refused(&|state| state.spots.push(bad), "one of its black spots");
+        }
+    }
 }

@@ -8,6 +8,9 @@ use crate::chance::{Draws, Purpose};
 use crate::grid::{Grid, Shape};
 use crate::parameters::Parameters;
 
+/// Most events of one step. A preset has a dozen; a rate beyond any film's would fill the memory and never come to an end.
+const MOST_EVENTS: u64 = 1 << 20;
+
 /// A sequence of events and how far it has come.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Clock {
@@ -26,7 +29,8 @@ impl Clock {
 
     /// Lets `rate * dt` pass; calls `event` with the share of the step at which it comes and with its draws.
     fn run(&mut self, seed: u64, purpose: Purpose, passing: f64, mut event: impl FnMut(f64, &mut Draws)) {
-        while passing > 0.0 && self.next <= self.passed + passing {
+        let first = self.number;
+        while passing > 0.0 && self.next <= self.passed + passing && self.number - first < MOST_EVENTS {
             let mut draws = Draws::new(seed, purpose, self.number);
             draws.exponential();
             event((self.next - self.passed) / passing, &mut draws);

@@ -10,7 +10,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use iridesce_numerics::Watch;
 use iridesce_thickness::{FlowField, ThicknessError, ThicknessMap};
 
-use crate::film::{Film, FlowError};
+use crate::error::FlowError;
+use crate::film::Film;
 use crate::grid::Shape;
 use crate::parameters::Parameters;
 

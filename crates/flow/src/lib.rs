@@ -13,6 +13,7 @@ macro_rules! wide {
 mod carry;
 mod chance;
 mod checkpoint;
+mod error;
 mod events;
 mod film;
 mod films;
@@ -27,7 +28,8 @@ mod viscosity;
 #[cfg(test)]
 mod laws;
 
-pub use film::{Books, Film, FlowError, State};
+pub use error::FlowError;
+pub use film::{Books, Film, State};
 pub use films::{FilmRun, Films, MOST_SECONDS};
 pub use grid::Shape;
 pub use parameters::{CHANGEABLE, PRESETS, Parameters};

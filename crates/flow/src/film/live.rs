@@ -1,6 +1,7 @@
 //! What a film is subjected to while it flows: another wind, another weight, somebody's breath.
 
-use super::{Edge, Film, FlowError, at_sides, eddies, wind};
+use super::air::{at_sides, eddies, wind};
+use super::{Edge, Film, FlowError};
 use crate::grid::Grid;
 use crate::parameters::CHANGEABLE;
 use iridesce_thickness::ThicknessError;

@@ -1,7 +1,7 @@
 //! Gains, losses, events; what must not depend on chance: threads, checkpoints, steps.
 
 use super::*;
-use crate::film::FlowError;
+use crate::error::FlowError;
 
 fn small(name: &str) -> Parameters {
     // 512 columns hold the preset's patches; wider patches need fewer.

@@ -1,0 +1,426 @@
+//! A film in time: its state, and the step that changes it.
+
+use iridesce_numerics::Watch;
+use iridesce_thickness::{ThicknessError, ThicknessMap};
+use rayon::prelude::*;
+
+use crate::carry::Carry;
+use crate::chance::{self, Purpose};
+use crate::error::FlowError;
+use crate::events::{self, Clock};
+use crate::grid::{Edge, Grid, Shape};
+use crate::parameters::Parameters;
+use crate::spectral::{Spectral, Task, Tridiagonal};
+use crate::tension::Tension;
+use crate::transport::{MOST_SUBSTEPS, Transport};
+use crate::viscosity::Viscosity;
+
+mod air;
+mod forces;
+mod live;
+mod rows;
+mod sources;
+mod state;
+
+use air::{air, eddies, wind};
+use rows::none;
+pub use sources::drain_inside;
+pub use state::{Books, State};
+
+/// A film of liquid that flows. All numbers are f64 and do not depend on the number of threads.
+///
+/// ```
+/// use iridesce_flow::{Film, Parameters};
+/// let mut parameters = Parameters::preset("late")?.with_columns(64);
+/// parameters.regeneration = 0.0; // 64 columns are too coarse for patches
+/// let mut film = Film::new(parameters)?;
+/// film.advance_to(0.02)?;
+/// assert_eq!(film.state().step, 4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Film {
+    parameters: Parameters,
+    grid: Grid,
+    state: State,
+    carry: Carry,
+    transport: Transport,
+    tension: Tension,
+    viscosity: Viscosity,
+    diffusion: Spectral,
+    /// Wind, on upper and right sides, m/s.
+    wind: [Vec<f64>; 2],
+    /// Eddies: fields that come and go at rates of their own, rad/s, from phases of their own.
+    eddies: Vec<([Vec<f64>; 2], f64, f64)>,
+    /// Sub-steps of the last step.
+    substeps: usize,
+    /// Iterations of the last step.
+    iterations: usize,
+    /// Time that parts of all steps took so far, s.
+    clock: Option<fn() -> f64>,
+    spent: [f64; PARTS.len()],
+}
+
+/// Parts of a step whose time is told apart.
+const PARTS: [&str; 6] = ["thickness", "sources", "trace and carry", "forces", "tension", "viscosity"];
+
+/// Waves in the thickness at the start.
+const NOISE_WAVES: u64 = 240;
+
+/// Tells the times of parts of a step apart, where somebody gave a clock: a film in a browser has none.
+struct Stopwatch {
+    clock: Option<fn() -> f64>,
+    last_s: f64,
+}
+
+impl Stopwatch {
+    fn new(clock: Option<fn() -> f64>) -> Stopwatch {
+        Stopwatch { clock, last_s: clock.map_or(0.0, |clock| clock()) }
+    }
+
+    fn lap(&mut self, place: &mut f64) {
+        if let Some(clock) = self.clock {
+            let now_s = clock();
+            *place += now_s - self.last_s;
+            self.last_s = now_s;
+        }
+    }
+}
+
+impl Film {
+    /// A film at rest, with its thickness drawn by chance and its surfactant in balance with its mean weight.
+    pub fn new(parameters: Parameters) -> Result<Film, ThicknessError> {
+        parameters.check()?;
+        let p = &parameters;
+        let grid = Grid::new(p.shape, p.columns, p.rows);
+        let longest = p.noise_length_m[0];
+        let noise = chance::waves(&grid, p.seed, Purpose::Thickness, NOISE_WAVES, longest, p.noise_length_m[1]);
+        let mut h = at_cells(&grid, |place| chance::sum(&noise, place));
+        // Exactly the mean and the spread that were asked for, and nowhere less than a fifth of the mean.
+        let area = grid.total_area();
+        let mean = grid.integral(&h) / area;
+        let squares: Vec<f64> = h.iter().map(|x| (x - mean).powi(2)).collect();
+        let spread = (grid.integral(&squares) / area).sqrt().max(1e-12);
+        h.iter_mut().for_each(|x| *x = p.thickness_m * (1.0 + p.noise * (*x - mean) / spread).max(0.2));
+        let scale = p.thickness_m / (grid.integral(&h) / area);
+        h.iter_mut().for_each(|x| *x *= scale);
+        let weight = if p.elasticity.is_finite() { p.density * p.weight() * p.thickness_m / p.elasticity } else { 0.0 };
+        let mean_height = grid.height.iter().zip(&grid.area).map(|(z, a)| z * a).sum::<f64>() * p.columns as f64 / area;
+        let s = (0..grid.cells()).map(|k| -weight * (grid.height[k / p.columns] - mean_height)).collect();
+        let cells = grid.cells();
+        let state = State {
+            h,
+            s,
+            down: vec![0.0; cells + p.columns],
+            across: vec![0.0; cells],
+            q: vec![0.0; cells],
+            step: 0,
+            time_s: 0.0,
+            books: Books::default(),
+            surfactant: 0.0,
+            patch_clock: Clock::new(p.seed, Purpose::Patch),
+            spot_clock: Clock::new(p.seed, Purpose::Spot),
+            patches: Vec::new(),
+            spots: Vec::new(),
+            ruptured_s: None,
+        };
+        Ok(Film::from_state(parameters, state))
+    }
+
+    /// A film as it is at some time; its liquid and its surfactant are counted afresh if this is its start.
+    pub(crate) fn from_state(parameters: Parameters, mut state: State) -> Film {
+        let grid = Grid::new(parameters.shape, parameters.columns, parameters.rows);
+        if state.step == 0 {
+            state.books = Books { start: grid.integral(&state.h), ..Books::default() };
+            state.surfactant = surfactant(&grid, &state.s);
+        }
+        let (wind, eddies) = (wind(&grid, &parameters), eddies(&grid, &parameters));
+        Film {
+            carry: Carry::new(&grid),
+            transport: Transport::new(&grid),
+            tension: Tension::new(&grid),
+            viscosity: Viscosity::new(&grid),
+            diffusion: Spectral::new(grid.columns, grid.rows),
+            wind,
+            eddies,
+            substeps: 0,
+            iterations: 0,
+            clock: None,
+            spent: [0.0; PARTS.len()],
+            parameters,
+            grid,
+            state,
+        }
+    }
+
+    /// What it is made of.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// How it is now.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Sub-steps of transport and iterations of the tension in the last step.
+    pub fn effort(&self) -> (usize, usize) {
+        (self.substeps, self.iterations)
+    }
+
+    /// Has the parts of each step timed by a clock that shows seconds.
+    #[doc(hidden)]
+    pub fn time_with(&mut self, clock: fn() -> f64) {
+        self.clock = Some(clock);
+    }
+
+    /// What all steps so far took, part by part, s; zero unless a clock was given.
+    #[doc(hidden)]
+    pub fn spent(&self) -> [(&'static str, f64); PARTS.len()] {
+        std::array::from_fn(|k| (PARTS[k], self.spent[k]))
+    }
+
+    /// Volume of the film, m3.
+    pub fn volume(&self) -> f64 {
+        self.grid.integral(&self.state.h)
+    }
+
+    /// Thickness now, nm, row 0 on top.
+    pub fn thickness_nm(&self) -> Vec<f64> {
+        self.state.h.iter().map(|h| h * 1e9).collect()
+    }
+
+    /// Thickness now as a map for a whole sphere: a dome is mirrored below its rim, as in the bath it stands on.
+    pub fn map(&self) -> Result<ThicknessMap, ThicknessError> {
+        let own = self.thickness_nm();
+        let (n, rows) = (self.grid.columns, self.grid.rows);
+        let Shape::Sphere { rim_deg, .. } = self.parameters.shape else {
+            return ThicknessMap::new(n, rows, own);
+        };
+        if rim_deg == 180.0 {
+            return ThicknessMap::new(n, rows, own);
+        }
+        let total = (rows as f64 * 180.0 / rim_deg).round() as usize;
+        let row = |i: usize| if i < rows { i } else { (2 * rows - 1).saturating_sub(i) };
+        let values = (0..total).flat_map(|i| own[row(i) * n..(row(i) + 1) * n].iter().copied()).collect();
+        ThicknessMap::new(n, total, values)
+    }
+
+    /// Steps until `time_s`, in steps of one length that is at most the parameters' own; less if the film bursts.
+    pub fn advance_to(&mut self, time_s: f64) -> Result<(), FlowError> {
+        self.advance_watched(time_s, &Watch::new())
+    }
+
+    /// The same; `watch` hears of every step, in the stage `flowing`. Stopped, the film stands after some whole step.
+    pub fn advance_watched(&mut self, time_s: f64, watch: &Watch) -> Result<(), FlowError> {
+        let start = self.state.time_s;
+        if !(time_s.is_finite() && time_s >= start) {
+            let message = format!("must be a finite time, at least the film's own, {start:?} s, got {time_s:?}");
+            return Err(FlowError::Parameter(ThicknessError { key: "time_s", message }));
+        }
+        let count = ((time_s - start) / self.parameters.step_s - 1e-9).ceil().max(0.0) as u64;
+        watch.begin("flowing", count);
+        for k in 0..count {
+            if self.state.ruptured_s.is_some() {
+                return Ok(());
+            }
+            watch.check().map_err(|_| FlowError::Stopped)?;
+            let dt = (time_s - start) / count as f64;
+            self.step(dt)?;
+            self.state.time_s = if k + 1 == count { time_s } else { start + (k + 1) as f64 * dt };
+            watch.add(1);
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, dt: f64) -> Result<(), FlowError> {
+        let (time, step) = (self.state.time_s, self.state.step + 1);
+        let mut watch = Stopwatch::new(self.clock);
+        fill_poles(&self.grid, &mut self.state.down);
+
+        // Where it flows, liquid goes with it.
+        self.transport(step, dt)?;
+        watch.lap(&mut self.spent[0]);
+        self.gain_and_lose(time, dt);
+        watch.lap(&mut self.spent[1]);
+
+        // Velocity and surfactant are carried, pushed, and held together by the tension.
+        let drag = self.carry(dt);
+        watch.lap(&mut self.spent[2]);
+        let air = air(&self.wind, &self.eddies, &self.parameters, time + dt);
+        forces::push(&self.grid, &self.parameters, &mut self.state, &drag, &air, [time, dt], &mut self.tension);
+        let mut right_side = forces::gathered(&self.grid, &self.state, self.parameters.elasticity.is_finite(), dt);
+        watch.lap(&mut self.spent[3]);
+        self.solve_tension(step, dt, &mut right_side)?;
+        watch.lap(&mut self.spent[4]);
+        forces::pulled(&self.grid, &mut self.state, &self.tension);
+        let spread = forces::viscous_spread(&self.grid, &self.parameters, &self.state.h, dt);
+        watch.lap(&mut self.spent[3]);
+        self.viscosity.step(&self.grid, &mut self.state.down, &mut self.state.across, &spread);
+        watch.lap(&mut self.spent[5]);
+        self.strain(dt);
+
+        self.state.step = step;
+        self.check(step)?;
+        if self.parameters.rupture_m > 0.0 && self.state.h.iter().any(|&h| h <= self.parameters.rupture_m) {
+            self.state.ruptured_s = Some(time + dt);
+        }
+        watch.lap(&mut self.spent[3]);
+        Ok(())
+    }
+
+    /// The thickness, carried along in as many sub-steps as it takes.
+    fn transport(&mut self, step: u64, dt: f64) -> Result<(), FlowError> {
+        let Film { grid, state, transport, .. } = self;
+        let needed = Transport::substeps(grid, &state.down, &state.across, dt);
+        if needed.is_nan() {
+            return Err(self.first_not_finite(step));
+        }
+        if needed > MOST_SUBSTEPS {
+            return Err(FlowError::StepTooLong { dt, step, time_s: state.time_s, needed, most: MOST_SUBSTEPS });
+        }
+        for _ in 0..needed as usize {
+            transport.step(grid, &mut state.h, &state.down, &state.across, dt / needed);
+        }
+        self.substeps = needed as usize;
+        Ok(())
+    }
+
+    /// Patches rise, spots open, film dries and turns black, liquid runs down between the faces.
+    fn gain_and_lose(&mut self, time: f64, dt: f64) {
+        let Film { parameters: p, grid, state, .. } = self;
+        let books = &mut state.books;
+        books.swallowed +=
+            events::regenerate(grid, p, &mut state.patch_clock, &mut state.patches, &mut state.h, time, dt);
+        sources::move_spots(grid, &mut state.spots, &state.down, &state.across, dt);
+        books.blackened += events::open_spots(grid, p, &mut state.spot_clock, &mut state.spots, &mut state.h, time, dt);
+        let (evaporated, blackened) = sources::thin(grid, p, &mut state.h, dt);
+        books.evaporated += evaporated;
+        books.blackened += blackened;
+        if p.drains_inside {
+            books.drained += drain_inside(grid, p, &mut state.h, dt);
+        }
+    }
+
+    /// Velocity and surfactant, carried along; the drag of the air before that, kg/(m2 s).
+    fn carry(&mut self, dt: f64) -> Vec<f64> {
+        let Film { parameters: p, grid, state, carry, .. } = self;
+        carry.trace(grid, &state.down, &state.across, dt);
+        let drag = forces::drag(grid, p, &state.down, &state.across);
+        carry.velocity(grid, &mut state.down, &mut state.across);
+        if p.elasticity.is_finite() {
+            carry.scalar(grid, &mut state.s);
+        }
+        drag
+    }
+
+    fn solve_tension(&mut self, step: u64, dt: f64, right_side: &mut [f64]) -> Result<(), FlowError> {
+        let Film { parameters: p, grid, state, tension, .. } = self;
+        let stiffness = if p.elasticity.is_finite() { 1.0 / (dt * dt * p.elasticity) } else { 0.0 };
+        let diagonal: Vec<f64> = grid.area.iter().map(|area| area * stiffness).collect();
+        match tension.solve(grid, &mut state.q, &diagonal, right_side, p.tolerance) {
+            Some(iterations) => {
+                self.iterations = iterations;
+                Ok(())
+            }
+            None => Err(self.first_not_finite(step)),
+        }
+    }
+
+    /// The surfactant follows the tension, diffuses, and comes and goes.
+    fn strain(&mut self, dt: f64) {
+        let Film { parameters: p, state, .. } = self;
+        if p.elasticity.is_finite() {
+            let scale = 1.0 / (dt * p.elasticity);
+            state.s.par_iter_mut().with_min_len(4096).zip(&state.q).for_each(|(s, q)| *s = q * scale);
+            self.exchange(dt);
+        }
+    }
+
+    /// Surfactant: none is lost on its way (a change of all of s alike, which pulls nothing); it diffuses; it comes and
+    /// goes between the faces and the liquid.
+    fn exchange(&mut self, dt: f64) {
+        let Film { parameters: p, grid, state, .. } = self;
+        let correction = (state.surfactant / surfactant(grid, &state.s)).ln();
+        state.s.par_iter_mut().with_min_len(4096).for_each(|s| *s += correction);
+        if p.surfactant_diffusivity > 0.0 {
+            let n = grid.columns;
+            let spread = dt * p.surfactant_diffusivity;
+            let part = |i: usize| if i == 0 || i == grid.rows { 0.0 } else { spread * grid.side[i] / grid.dy };
+            let above: Vec<f64> = (0..grid.rows).map(part).collect();
+            let below: Vec<f64> = (0..grid.rows).map(|i| part(i + 1)).collect();
+            let system = Tridiagonal::new(n, above, below, |i, turn| {
+                grid.area[i] + part(i) + part(i + 1) + spread * grid.dy / grid.width[i] * turn
+            });
+            let mut amount: Vec<f64> = state.s.iter().enumerate().map(|(k, s)| s.exp() * grid.area[k / n]).collect();
+            self.diffusion.solve(&mut amount, &Task::Solve(&system), false);
+            state.s.iter_mut().zip(&amount).for_each(|(s, gamma)| *s = gamma.ln());
+        }
+        if p.surfactant_exchange_s.is_finite() {
+            let kept = (-dt / p.surfactant_exchange_s).exp();
+            state.s.iter_mut().for_each(|s| *s = (1.0 + (s.exp() - 1.0) * kept).ln());
+            state.surfactant = surfactant(grid, &state.s);
+        }
+    }
+
+    /// Surfactant in all, in areas at Gamma_0, m2.
+    pub fn surfactant(&self) -> f64 {
+        surfactant(&self.grid, &self.state.s)
+    }
+
+    fn check(&self, step: u64) -> Result<(), FlowError> {
+        let state = &self.state;
+        // Nothing times a number is nothing, unless the number is none.
+        let whole = |values: &[f64]| values.par_chunks(4096).all(|part| wide!(none(part)) == 0.0);
+        let fine = whole(&state.h) && whole(&state.down) && whole(&state.across) && whole(&state.s);
+        if fine { Ok(()) } else { Err(self.first_not_finite(step)) }
+    }
+
+    fn first_not_finite(&self, step: u64) -> FlowError {
+        let state = &self.state;
+        let fields = [
+            ("the thickness", &state.h),
+            ("the velocity down", &state.down),
+            ("the velocity across", &state.across),
+            ("the surfactant", &state.s),
+        ];
+        for (field, values) in fields {
+            if let Some(k) = values.iter().position(|v| !v.is_finite()) {
+                let (row, column) = (k / self.grid.columns, k % self.grid.columns);
+                return FlowError::NotFinite { field, value: values[k], step, time_s: state.time_s, row, column };
+            }
+        }
+        FlowError::Tension { step, time_s: state.time_s }
+    }
+}
+
+fn surfactant(grid: &Grid, s: &[f64]) -> f64 {
+    let rows: Vec<f64> =
+        s.par_chunks_exact(grid.columns).with_min_len(8).map(|row| row.iter().map(|s| s.exp()).sum()).collect();
+    rows.iter().zip(&grid.area).map(|(sum, area)| sum * area).sum()
+}
+
+fn at_cells(grid: &Grid, value: impl Fn([f64; 3]) -> f64 + Sync) -> Vec<f64> {
+    let n = grid.columns;
+    (0..grid.cells()).into_par_iter().map(|k| value(grid.place(k / n, k % n))).collect()
+}
+
+/// At a pole the sides of cells have no length, but what flows over it is felt: the velocity of the nearest row.
+pub fn fill_poles(grid: &Grid, down: &mut [f64]) {
+    let n = grid.columns;
+    for (edge, pole, nearest) in [(grid.top, 0, 1), (grid.bottom, grid.rows, grid.rows - 1)] {
+        if edge == Edge::Wall {
+            down[pole * n..(pole + 1) * n].fill(0.0);
+            continue;
+        }
+        let (mut a, mut b) = (0.0, 0.0);
+        for j in 0..n {
+            let [sin, cos] = grid.azimuth[j];
+            a += down[nearest * n + j] * cos * 2.0 / n as f64;
+            b += down[nearest * n + j] * sin * 2.0 / n as f64;
+        }
+        for j in 0..n {
+            let [sin, cos] = grid.azimuth[j];
+            down[pole * n + j] = a * cos + b * sin;
+        }
+    }
+}

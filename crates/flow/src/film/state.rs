@@ -1,0 +1,54 @@
+//! All that changes in time.
+
+use crate::events::{Clock, Spot};
+
+/// Where liquid went, m3. Together with the film's own volume it stays what it was at the start.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Books {
+    /// Film at the start.
+    pub start: f64,
+    /// Into the air.
+    pub evaporated: f64,
+    /// Into the meniscus, by marginal regeneration.
+    pub swallowed: f64,
+    /// Out of film that turned black.
+    pub blackened: f64,
+    /// Down between the faces, out at the rim.
+    pub drained: f64,
+}
+
+impl Books {
+    /// All that left the film, m3.
+    pub fn gone(&self) -> f64 {
+        self.evaporated + self.swallowed + self.blackened + self.drained
+    }
+}
+
+/// All that changes in time; see [`Film`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Thickness at the middles of cells, m.
+    pub h: Vec<f64>,
+    /// ln(Gamma / Gamma_0) of the surfactant, at the middles of cells.
+    pub s: Vec<f64>,
+    /// Velocity down through the upper sides of cells, one row more, m/s.
+    pub down: Vec<f64>,
+    /// Velocity across through the right sides of cells, m/s.
+    pub across: Vec<f64>,
+    /// Last solution of the tension.
+    pub(crate) q: Vec<f64>,
+    /// Steps so far.
+    pub step: u64,
+    /// Time, s.
+    pub time_s: f64,
+    /// Where liquid went.
+    pub books: Books,
+    /// Surfactant in all, in areas at Gamma_0, m2.
+    pub(crate) surfactant: f64,
+    pub(crate) patch_clock: Clock,
+    pub(crate) spot_clock: Clock,
+    pub(crate) patches: Vec<Spot>,
+    pub(crate) spots: Vec<Spot>,
+    /// When the film burst, s.
+    pub ruptured_s: Option<f64>,
+}
