@@ -26,7 +26,8 @@ test: ## everything: lint, build, the tests of both languages, the code blocks o
 	$(MAKE) lint; \
 	$(MAKE) test-rust; \
 	$(MAKE) test-python; \
-	echo "make test: lint, Rust tests and Python tests all passed in $$SECONDS s"
+	echo "make test: lint, Rust tests and Python tests all passed in $$SECONDS s"; \
+	echo "make test: left out: the page and its core in wasm (make test-web; it takes Node 20 and the wasm target)"
 
 quick: build ## the tests of both languages without the ones marked slow
 	cargo test --workspace $(CARGO_ARGS)
@@ -62,6 +63,29 @@ test-rust:
 
 test-python: build
 	$(PYTEST) $(PYTEST_ARGS)
+
+# The page: Node 20 with npm, and rustup for the target that browsers run. Paths of this machine stay out of the module.
+WASM := target/wasm32-unknown-unknown/web/iridesce_web.wasm
+CRATES := $(or $(CARGO_HOME),$(HOME)/.cargo)/registry/src
+WASM_FLAGS = -C target-feature=+simd128 --remap-path-prefix=$(HOME)/.rustup=rustup --remap-path-prefix=$(CURDIR)=. \
+	$(foreach folder,$(wildcard $(CRATES)/*),--remap-path-prefix=$(folder)=crates)
+
+web: web/node_modules ## build the page: web/dist/ for any static host, web/dist/iridesce.html from disk, the notebook widget
+	command -v rustup >/dev/null && rustup target add wasm32-unknown-unknown || true
+	RUSTFLAGS="$(WASM_FLAGS)" cargo build $(CARGO_ARGS) --profile web --target wasm32-unknown-unknown -p iridesce-web
+	cd web && npx tsc --noEmit && node tools/build.mjs && node tools/build-widget.mjs dist/widget
+
+web/node_modules: web/package-lock.json
+	cd web && npm ci --no-audit --no-fund
+	@touch $@
+
+test-web: web ## the page's core in Node, against the native core's numbers
+	cd web && node --test tests/core/*.test.mjs
+
+docs: build ## the documentation site in docs/_build/html, with the live page; warnings are errors
+	$(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["docs"], sep="\n")' > $(VENV)/docs.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r $(VENV)/docs.txt
+	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build/html
 
 # The package is installed as a user installs it (a wheel, not an editable link), so that the tests also ask whether
 # everything needed is inside. No build isolation: maturin is in the environment already, which saves a download a run.

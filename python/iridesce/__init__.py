@@ -23,6 +23,7 @@ if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines b
     from iridesce.image import Image as Image
     from iridesce.inverse import fit as fit
     from iridesce.inverse.fit import fit_thickness as fit_thickness
+    from iridesce.notebooks import widget as widget
     from iridesce.optics.medium import Medium as Medium
     from iridesce.optics.medium import media as media
     from iridesce.rendering import render as render
@@ -49,6 +50,7 @@ _HOME = {
     "export": "exchange",
     "validate": "exchange",
     "import_scene": "exchange",
+    "widget": "notebooks",
 }
 _MODULES = {"color", "exchange", "fit", "plot", "thickness"}
 

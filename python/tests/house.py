@@ -51,6 +51,7 @@ MODULE_ORDER: dict[str, list[str]] = {
 PACKAGE_ORDER = [
     *("_core", "_moved", "errors", "_progress", "_notebook", "arguments", "files"),
     *("optics", "image", "color", "stack", "thickness", "scene", "rendering", "plot", "inverse", "exchange"),
+    *("page", "notebooks"),
     *("iridesce", "cli", "__main__"),
 ]
 

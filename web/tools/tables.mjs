@@ -5,7 +5,7 @@ import { openCore } from "./core.mjs";
 
 /** name: stack, layer, illuminant, range in nm, range in degrees; as src/app.ts asks for them in a scene's own state. */
 const STORED = {
-  soap: ["air / soap ? / air", 0, "D65", [0, 1500], [0, 89]],
+  soap: ["air / soap ? / air", 0, "D65", [0, 1500], [0, 80]],
 };
 const DRAFT = 0.5;
 

@@ -1,0 +1,407 @@
+// A picture on a canvas: WebGL2 where there is one, else the same arithmetic in a loop.
+
+import type { Table } from "../core/core";
+import { lookUp } from "../core/look-up";
+import { type Field, type Geometry, WALL, thicknessAt } from "./geometry";
+import { FRAGMENT, VERTEX } from "./shader";
+
+export interface Look {
+  /** Linear sRGB from XYZ, row by row, from the core. */
+  rgb_from_xyz: ArrayLike<number>;
+  /** What X, Y, Z are multiplied by before they are shown. */
+  exposure: number;
+}
+
+export interface Pixels {
+  width: number;
+  height: number;
+  /** Linear, three numbers a pixel. */
+  xyz: Float32Array;
+  thickness_nm: Float32Array;
+  angle_deg: Float32Array;
+}
+
+interface Painter {
+  readonly kind: "webgl2" | "canvas";
+  setGeometry(geometry: Geometry): void;
+  setTable(table: Table): void;
+  setField(field: Field): void;
+  draw(look: Look): void;
+  xyz(): Float32Array;
+  dispose(): void;
+}
+
+const NO_FIELD: Field = { columns: 1, rows: 1, thickness_nm: new Float32Array(1) };
+
+/** Holds what is to be drawn, so that another painter can take over. */
+export class Picture {
+  canvas: HTMLCanvasElement;
+  private painter: Painter | null = null;
+  geometry: Geometry | null = null;
+  table: Table | null = null;
+  field: Field = NO_FIELD;
+  look: Look = { rgb_from_xyz: [1, 0, 0, 0, 1, 0, 0, 0, 1], exposure: 1 };
+
+  constructor(canvas: HTMLCanvasElement, private readonly told: (what: string) => void, without = false) {
+    this.canvas = canvas;
+    this.begin(without ? "canvas" : "webgl2");
+  }
+
+  get kind(): "webgl2" | "canvas" {
+    return this.painter?.kind ?? "canvas";
+  }
+
+  private begin(kind: "webgl2" | "canvas"): void {
+    if (kind === "webgl2") {
+      try {
+        this.painter = new GlPainter(this.canvas, () => this.fall());
+        return;
+      } catch (error) {
+        if (this.canvas.getContext("webgl2")) this.replaceCanvas();
+        console.info(`WebGL2 cannot be used: ${error instanceof Error ? error.message : error}`);
+      }
+    }
+    this.painter = new LoopPainter(this.canvas);
+  }
+
+  /** A canvas keeps its first kind of context: another kind needs another canvas. */
+  private replaceCanvas(): void {
+    const fresh = this.canvas.cloneNode(false) as HTMLCanvasElement;
+    this.canvas.replaceWith(fresh);
+    this.canvas = fresh;
+  }
+
+  /** The graphics device is gone: go on without it. */
+  private fall(): void {
+    this.painter?.dispose();
+    this.replaceCanvas();
+    this.painter = new LoopPainter(this.canvas);
+    if (this.geometry) this.painter.setGeometry(this.geometry);
+    if (this.table) this.painter.setTable(this.table);
+    this.painter.setField(this.field);
+    this.told("lost");
+    this.draw();
+  }
+
+  setGeometry(geometry: Geometry): void {
+    this.geometry = geometry;
+    if (this.canvas.width !== geometry.width) this.canvas.width = geometry.width;
+    if (this.canvas.height !== geometry.height) this.canvas.height = geometry.height;
+    this.painter?.setGeometry(geometry);
+  }
+
+  setTable(table: Table): void {
+    if (this.table === table) return;
+    this.table = table;
+    this.painter?.setTable(table);
+  }
+
+  setField(field: Field): void {
+    this.field = field;
+    this.painter?.setField(field);
+  }
+
+  draw(): boolean {
+    if (!this.geometry || !this.table || !this.painter) return false;
+    this.painter.draw(this.look);
+    return true;
+  }
+
+  /** Thickness and angle of the front wall at a pixel; nothing where there is no film. */
+  at(x: number, y: number): { thickness_nm: number; angle_deg: number; place: [number, number] } | null {
+    const geometry = this.geometry;
+    if (!geometry || x < 0 || y < 0 || x >= geometry.width || y >= geometry.height) return null;
+    const n = (y * geometry.width + x) * WALL;
+    const [u, v, angle_deg] = geometry.front.subarray(n, n + 3);
+    if (angle_deg < 0) return null;
+    const thickness_nm = geometry.field ? thicknessAt(this.field, u, v, geometry.repeats) : u;
+    return { thickness_nm, angle_deg, place: [u, v] };
+  }
+
+  pixels(): Pixels | null {
+    const geometry = this.geometry;
+    if (!geometry || !this.table || !this.painter) return null;
+    const count = geometry.width * geometry.height;
+    const [thickness_nm, angle_deg] = [new Float32Array(count).fill(NaN), new Float32Array(count).fill(NaN)];
+    for (let i = 0; i < count; i++) {
+      const n = i * WALL;
+      if (geometry.front[n + 2] < 0) continue;
+      angle_deg[i] = geometry.front[n + 2];
+      thickness_nm[i] = geometry.field
+        ? thicknessAt(this.field, geometry.front[n], geometry.front[n + 1], geometry.repeats)
+        : geometry.front[n];
+    }
+    return { width: geometry.width, height: geometry.height, xyz: this.painter.xyz(), thickness_nm, angle_deg };
+  }
+
+  /** Luminances of some thousand pixels that show film, sorted. */
+  luminances(): number[] {
+    const { geometry, table } = this;
+    if (!geometry || !table) return [];
+    const found: number[] = [];
+    const one = new Float32Array(3);
+    const count = geometry.width * geometry.height;
+    const stride = Math.max(1, Math.floor(count / 4000)) | 1;
+    for (let i = 0; i < count; i += stride) {
+      if (geometry.front[i * WALL + 2] < 0) continue;
+      shade(geometry, table, this.field, i, one, 0);
+      found.push(one[1]);
+    }
+    return found.sort((a, b) => a - b);
+  }
+
+  dispose(): void {
+    this.painter?.dispose();
+  }
+}
+
+// ------------------------------------------------------------------------------------------------------------ WebGL2
+
+class GlPainter implements Painter {
+  readonly kind = "webgl2";
+  private readonly gl: WebGL2RenderingContext;
+  private readonly program: WebGLProgram;
+  private readonly textures = new Map<string, WebGLTexture>();
+  private readonly places = new Map<string, WebGLUniformLocation | null>();
+  private geometry: Geometry | null = null;
+  private readonly lost: (event: Event) => void;
+
+  constructor(private readonly canvas: HTMLCanvasElement, lost: () => void) {
+    const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, preserveDrawingBuffer: true });
+    if (!gl) throw new Error("no WebGL2 here");
+    this.gl = gl;
+    this.program = link(gl);
+    gl.useProgram(this.program);
+    ["front", "back", "behind", "field", "values", "slopes"].forEach((name, unit) => {
+      const texture = gl.createTexture();
+      if (!texture) throw new Error("no texture");
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+      for (const parameter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) {
+        gl.texParameteri(gl.TEXTURE_2D, parameter, gl.NEAREST);
+      }
+      gl.uniform1i(this.place(name), unit);
+      this.textures.set(name, texture);
+    });
+    this.fill("field", 1, 1, 1, NO_FIELD.thickness_nm);
+    this.lost = (event) => {
+      event.preventDefault();
+      lost();
+    };
+    canvas.addEventListener("webglcontextlost", this.lost);
+  }
+
+  private place(name: string): WebGLUniformLocation | null {
+    if (!this.places.has(name)) this.places.set(name, this.gl.getUniformLocation(this.program, name));
+    return this.places.get(name) ?? null;
+  }
+
+  private fill(name: string, width: number, height: number, channels: number, data: Float32Array): void {
+    const gl = this.gl;
+    const most = gl.getParameter(gl.MAX_TEXTURE_SIZE) as number;
+    if (width > most || height > most) throw new Error(`${name} needs ${width} x ${height}, ${most} is the most`);
+    const [internal, format] = (
+      [[gl.R32F, gl.RED], [gl.RG32F, gl.RG], [gl.RGB32F, gl.RGB], [gl.RGBA32F, gl.RGBA]] as const
+    )[channels - 1];
+    gl.activeTexture(gl.TEXTURE0 + [...this.textures.keys()].indexOf(name));
+    gl.bindTexture(gl.TEXTURE_2D, this.textures.get(name) as WebGLTexture);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
+    gl.texImage2D(gl.TEXTURE_2D, 0, internal, width, height, 0, format, gl.FLOAT, data);
+  }
+
+  setGeometry(geometry: Geometry): void {
+    const gl = this.gl;
+    this.geometry = geometry;
+    this.fill("front", geometry.width, geometry.height, WALL, geometry.front);
+    if (geometry.passes) this.fill("back", geometry.width, geometry.height, WALL, geometry.back);
+    else this.fill("back", 1, 1, WALL, new Float32Array(WALL));
+    this.fill("behind", geometry.width, geometry.height, 2, geometry.behind);
+    gl.viewport(0, 0, geometry.width, geometry.height);
+  }
+
+  setTable(table: Table): void {
+    const gl = this.gl;
+    const count = table.rows * table.columns;
+    const [values, slopes] = [new Float32Array(count * 3), new Float32Array(count * 3)];
+    for (let i = 0; i < count; i++) {
+      for (let k = 0; k < 3; k++) {
+        values[3 * i + k] = table.nodes[6 * i + k];
+        slopes[3 * i + k] = table.nodes[6 * i + 3 + k];
+      }
+    }
+    this.fill("values", table.columns, table.rows, 3, values);
+    this.fill("slopes", table.columns, table.rows, 3, slopes);
+    gl.uniform2i(this.place("size"), table.columns, table.rows);
+    gl.uniform4f(this.place("axes"), table.first_nm, table.step_nm, table.first_deg, table.step_deg);
+    gl.uniform4f(this.place("limits"), ...table.range_nm, ...table.range_deg);
+    gl.uniform1f(this.place("inverse_square"), table.inverse_square);
+    gl.uniform3f(this.place("white"), ...table.white);
+  }
+
+  setField(field: Field): void {
+    this.fill("field", field.columns, field.rows, 1, field.thickness_nm);
+  }
+
+  private run(look: Look, answer: boolean): void {
+    const gl = this.gl;
+    const geometry = this.geometry as Geometry;
+    const m = look.rgb_from_xyz;
+    gl.uniform4i(this.place("kind"), +geometry.field, +geometry.repeats, +geometry.passes, +answer);
+    gl.uniform1i(this.place("flip"), answer ? 0 : 1);
+    gl.uniformMatrix3fv(this.place("rgb_from_xyz"), true, Float32Array.from(m));
+    gl.uniform1f(this.place("exposure"), look.exposure);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  draw(look: Look): void {
+    if (this.geometry) this.run(look, false);
+  }
+
+  /** Drawn into a target of floats and read from there: a canvas has eight bits. */
+  xyz(): Float32Array {
+    const gl = this.gl;
+    const { width, height } = this.geometry as Geometry;
+    if (!gl.getExtension("EXT_color_buffer_float")) throw new Error("this device draws no floats");
+    const target = gl.createRenderbuffer();
+    const frame = gl.createFramebuffer();
+    gl.bindRenderbuffer(gl.RENDERBUFFER, target);
+    gl.renderbufferStorage(gl.RENDERBUFFER, gl.RGBA32F, width, height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
+    gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.RENDERBUFFER, target);
+    this.run({ rgb_from_xyz: [1, 0, 0, 0, 1, 0, 0, 0, 1], exposure: 1 }, true);
+    const four = new Float32Array(width * height * 4);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, four);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.deleteFramebuffer(frame);
+    gl.deleteRenderbuffer(target);
+    const xyz = new Float32Array(width * height * 3);
+    for (let i = 0; i < width * height; i++) xyz.set(four.subarray(4 * i, 4 * i + 3), 3 * i);
+    return xyz;
+  }
+
+  dispose(): void {
+    this.canvas.removeEventListener("webglcontextlost", this.lost);
+    for (const texture of this.textures.values()) this.gl.deleteTexture(texture);
+    this.gl.deleteProgram(this.program);
+  }
+}
+
+function link(gl: WebGL2RenderingContext): WebGLProgram {
+  const program = gl.createProgram();
+  if (!program) throw new Error("no program");
+  for (const [kind, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]] as const) {
+    const shader = gl.createShader(kind);
+    if (!shader) throw new Error("no shader");
+    gl.shaderSource(shader, source);
+    gl.compileShader(shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader) ?? "a shader");
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program) ?? "the program");
+  return program;
+}
+
+// ------------------------------------------------------------------------------------------------------------ a loop
+
+const mirrored = new Float64Array(3);
+const inner = new Float64Array(3);
+
+/** One pixel's X, Y, Z: the twin of the shader's main. */
+function shade(geometry: Geometry, table: Table, field: Field, pixel: number, out: Float32Array, at: number): void {
+  const { front, back, behind, passes } = geometry;
+  const n = pixel * WALL;
+  const [rest, cover] = [behind[2 * pixel], behind[2 * pixel + 1]];
+  const near = front[n + 2] >= 0;
+  const far = near && passes && back[n + 2] >= 0;
+  if (near) wallColor(geometry, table, field, front, n, mirrored);
+  if (far) wallColor(geometry, table, field, back, n, inner);
+  for (let k = 0; k < 3; k++) {
+    const white = table.white[k];
+    let xyz = white * rest;
+    if (near) {
+      let seen = mirrored[k] * front[n + 3];
+      if (passes) {
+        const through = 1 - mirrored[k] / white;
+        let beyond = white * rest;
+        if (far) beyond = beyond * (1 - inner[k] / white) + inner[k] * through * back[n + 3];
+        seen += beyond * through;
+      }
+      xyz += (seen - xyz) * cover;
+    }
+    out[at + k] = xyz;
+  }
+}
+
+function wallColor(geometry: Geometry, table: Table, field: Field, wall: Float32Array, n: number, out: Float64Array): void {
+  const nm = geometry.field ? thicknessAt(field, wall[n], wall[n + 1], geometry.repeats) : wall[n];
+  lookUp(table, nm, wall[n + 2], out, 0);
+}
+
+/** Linear RGB made to fit, then the sRGB curve: 0 to 255. */
+export function shown(x: number, y: number, z: number, look: Look, out: Uint8ClampedArray, at: number): void {
+  const m = look.rgb_from_xyz;
+  const e = look.exposure;
+  const rgb = [0, 3, 6].map((row) => (m[row] * x + m[row + 1] * y + m[row + 2] * z) * e);
+  const luminance = Math.min(Math.max(y * e, 0), 1);
+  const least = Math.min(...rgb);
+  const low = least < 0 ? luminance / Math.max(luminance - least, 1e-9) : 1;
+  const raised = rgb.map((c) => luminance + (c - luminance) * low);
+  const most = Math.max(...raised);
+  const high = most > 1 ? (1 - luminance) / Math.max(most - luminance, 1e-9) : 1;
+  for (let k = 0; k < 3; k++) {
+    const c = Math.min(Math.max(luminance + (raised[k] - luminance) * high, 0), 1);
+    out[at + k] = 255 * (c <= 0.0031308 ? 12.92 * c : 1.055 * c ** (1 / 2.4) - 0.055);
+  }
+}
+
+class LoopPainter implements Painter {
+  readonly kind = "canvas";
+  private readonly context: CanvasRenderingContext2D;
+  private geometry: Geometry | null = null;
+  private table: Table | null = null;
+  private field: Field = NO_FIELD;
+
+  constructor(canvas: HTMLCanvasElement) {
+    const context = canvas.getContext("2d");
+    if (!context) throw new Error("this browser has no canvas");
+    this.context = context;
+  }
+
+  setGeometry(geometry: Geometry): void {
+    this.geometry = geometry;
+  }
+
+  setTable(table: Table): void {
+    this.table = table;
+  }
+
+  setField(field: Field): void {
+    this.field = field;
+  }
+
+  draw(look: Look): void {
+    if (!this.geometry || !this.table) return;
+    const { width, height } = this.geometry;
+    const image = this.context.createImageData(width, height);
+    const one = new Float32Array(3);
+    for (let i = 0; i < width * height; i++) {
+      shade(this.geometry, this.table, this.field, i, one, 0);
+      shown(one[0], one[1], one[2], look, image.data, 4 * i);
+      image.data[4 * i + 3] = 255;
+    }
+    this.context.putImageData(image, 0, 0);
+  }
+
+  xyz(): Float32Array {
+    const geometry = this.geometry as Geometry;
+    const count = geometry.width * geometry.height;
+    const xyz = new Float32Array(count * 3);
+    for (let i = 0; i < count; i++) shade(geometry, this.table as Table, this.field, i, xyz, 3 * i);
+    return xyz;
+  }
+
+  dispose(): void {
+    this.geometry = null;
+  }
+}

@@ -1,0 +1,129 @@
+// The one shader: thickness from the field, colour from the table (as look-up.ts, its twin), walls put together,
+// exposure, hue-keeping gamut map, sRGB curve. It knows no film formula.
+
+export const VERTEX = `#version 300 es
+void main() {
+  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  gl_Position = vec4(corner, 0.0, 1.0);
+}`;
+
+export const FRAGMENT = `#version 300 es
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+uniform sampler2D front;    // place, angle in degrees (< 0: none), radiance
+uniform sampler2D back;
+uniform sampler2D behind;   // radiance, share covered by film
+uniform sampler2D field;    // thickness in nm
+uniform sampler2D values;   // X, Y, Z at the nodes of the table
+uniform sampler2D slopes;
+uniform ivec2 size;         // of the table: columns, rows
+uniform vec4 axes;          // first reduced thickness, step; first angle, step
+uniform vec4 limits;        // thickness from, to; angle from, to
+uniform float inverse_square;
+uniform vec3 white;
+uniform bvec4 kind;         // walls hold places; the field repeats downwards; walls let light pass; answer X, Y, Z
+uniform mat3 rgb_from_xyz;
+uniform float exposure;
+uniform bool flip;          // the first row of the pixels is at the bottom of the screen
+out vec4 color;
+
+float thickness_at(vec2 place) {
+  ivec2 cells = textureSize(field, 0);
+  vec2 p = place * vec2(cells) - 0.5;
+  if (!kind.y) p.y = clamp(p.y, 0.0, float(cells.y - 1));
+  ivec2 low = ivec2(floor(p));
+  vec2 f = p - vec2(low);
+  ivec2 high = low + 1;
+  low.x = (low.x % cells.x + cells.x) % cells.x;
+  high.x = (high.x % cells.x + cells.x) % cells.x;
+  if (kind.y) {
+    low.y = (low.y % cells.y + cells.y) % cells.y;
+    high.y = (high.y % cells.y + cells.y) % cells.y;
+  } else high.y = min(high.y, cells.y - 1);
+  float top = mix(texelFetch(field, low, 0).x, texelFetch(field, ivec2(high.x, low.y), 0).x, f.x);
+  float bottom = mix(texelFetch(field, ivec2(low.x, high.y), 0).x, texelFetch(field, high, 0).x, f.x);
+  return mix(top, bottom, f.y);
+}
+
+// sin^2 of an angle in degrees from 0 to 90, by a polynomial: what a driver's own sine is worth is not said anywhere.
+float sin_squared(float degrees) {
+  float x = degrees * 0.017453292519943295;
+  bool large = x > 0.7853981633974483;
+  if (large) x = 1.5707963267948966 - x;
+  float y = x * x;
+  float s = x * (1.0 + y * (-0.16666666667 + y * (0.00833333333 + y * (-0.000198412698 + y * 2.7557319e-6))));
+  return large ? 1.0 - s * s : s * s;
+}
+
+vec3 film(float nm, float degrees) {
+  float angle = clamp(degrees, limits.z, limits.w);
+  float v = clamp(nm, limits.x, limits.y) * sqrt(1.0 - sin_squared(angle) * inverse_square);
+  float p = max((v - axes.x) / axes.y, 0.0);
+  int column = int(min(floor(p), float(size.x - 2)));
+  float f = p - float(column);
+  float g = 1.0 - f;
+  vec4 along = vec4((f * 2.0 + 1.0) * g * g, f * g * g, f * f * (3.0 - 2.0 * f), -(f * f * g));
+  int row = 0;
+  vec4 across = vec4(1.0, 0.0, 0.0, 0.0);
+  if (size.y > 1) {
+    float y = (angle - axes.z) / axes.w;
+    row = int(clamp(floor(y) - 1.0, 0.0, float(size.y - 4)));
+    float a = y - float(row);
+    float b = a - 1.0, c = a - 2.0, d = a - 3.0;
+    across = vec4(b * c * d / -6.0, a * c * d / 2.0, a * b * d / -2.0, a * b * c / 6.0);
+  }
+  vec3 sum = vec3(0.0);
+  int rows = size.y > 1 ? 4 : 1;
+  for (int k = 0; k < rows; k++) {
+    ivec2 here = ivec2(column, row + k);
+    ivec2 next = here + ivec2(1, 0);
+    sum += across[k] * (along.x * texelFetch(values, here, 0).xyz + along.y * texelFetch(slopes, here, 0).xyz
+      + along.z * texelFetch(values, next, 0).xyz + along.w * texelFetch(slopes, next, 0).xyz);
+  }
+  return sum;
+}
+
+vec3 wall(vec4 w) {
+  return film(kind.x ? thickness_at(w.xy) : w.x, w.z);
+}
+
+float curve(float x) {
+  return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1.0 / 2.4) - 0.055;
+}
+
+void main() {
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  if (flip) pixel.y = textureSize(front, 0).y - 1 - pixel.y;
+  vec4 near = texelFetch(front, pixel, 0);
+  vec2 rest = texelFetch(behind, pixel, 0).xy;
+  vec3 xyz = white * rest.x;
+  if (near.z >= 0.0) {
+    vec3 mirrored = wall(near);
+    vec3 seen = mirrored * near.w;
+    if (kind.z) {
+      vec3 through = 1.0 - mirrored / white;
+      vec4 far = texelFetch(back, pixel, 0);
+      vec3 beyond = white * rest.x;
+      if (far.z >= 0.0) {
+        vec3 inner = wall(far);
+        beyond = beyond * (1.0 - inner / white) + inner * through * far.w;
+      }
+      seen += beyond * through;
+    }
+    xyz = mix(xyz, seen, rest.y);
+  }
+  if (kind.w) {
+    color = vec4(xyz, 1.0);
+    return;
+  }
+  vec3 rgb = rgb_from_xyz * xyz * exposure;
+  float luminance = clamp(xyz.y * exposure, 0.0, 1.0);
+  // Towards the grey of the same luminance until all fit: hue stays.
+  float least = min(rgb.x, min(rgb.y, rgb.z));
+  if (least < 0.0) rgb = luminance + (rgb - luminance) * luminance / max(luminance - least, 1e-9);
+  float most = max(rgb.x, max(rgb.y, rgb.z));
+  if (most > 1.0) rgb = luminance + (rgb - luminance) * (1.0 - luminance) / max(most - luminance, 1e-9);
+  rgb = clamp(rgb, 0.0, 1.0);
+  color = vec4(curve(rgb.x), curve(rgb.y), curve(rgb.z), 1.0);
+}`;
