@@ -248,6 +248,15 @@ def load_thickness_map(
     path: _Path, min_nm: float | None, max_nm: float | None, channel: str | None, page: int | None
 ) -> tuple[_F64, _Report]: ...
 
+# --- inverse
+
+def inverse_evidence(
+    wavelength_nm: _F64, values: _F64, sd: _F64, spectra: _F64, length_nm: list[float], nuisance: _F64
+) -> _F64: ...
+def inverse_explain(
+    wavelength_nm: _F64, values: _F64, sd: _F64, spectrum: _F64, length_nm: list[float], nuisance: _F64
+) -> tuple[_F64, _F64]: ...
+
 # --- scene
 
 class Scene:

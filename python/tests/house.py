@@ -28,7 +28,9 @@ MAY_USE: dict[str, set[str]] = {
         "iridesce-files",
     },
     "iridesce-render": {"iridesce-numerics", "iridesce-scene", "iridesce-optics", "iridesce-files"},
+    "iridesce-inverse": {"iridesce-numerics"},
     "iridesce": {
+        "iridesce-inverse",
         "iridesce-numerics",
         "iridesce-optics",
         "iridesce-thickness",
@@ -44,6 +46,7 @@ MAY_USE: dict[str, set[str]] = {
 # Inside a crate that has a row, a top-level module may use the ones before it.
 MODULE_ORDER: dict[str, list[str]] = {
     "optics": ["error", "spectrum", "medium", "incidence", "fresnel", "film", "stack", "color"],
+    "inverse": ["error", "cholesky", "response", "evidence"],
 }
 
 # What stands at the top of `python/iridesce`, from the ground up: each may use the ones before it. "iridesce" is the

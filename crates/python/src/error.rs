@@ -4,6 +4,7 @@ use std::io::ErrorKind;
 
 use iridesce::files::FileError;
 use iridesce::flow::FlowError;
+use iridesce::inverse::InverseError;
 use iridesce::optics::OpticsError;
 use iridesce::render::RenderError;
 use iridesce::scene::{ResolveError, SceneError};
@@ -62,6 +63,12 @@ impl From<numpy::AsSliceError> for Error {
 
 impl From<OpticsError> for Error {
     fn from(error: OpticsError) -> Error {
+        Error::value(error.to_string())
+    }
+}
+
+impl From<InverseError> for Error {
+    fn from(error: InverseError) -> Error {
         Error::value(error.to_string())
     }
 }

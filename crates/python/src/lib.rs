@@ -14,6 +14,7 @@ mod files;
 mod flow;
 mod image;
 mod interrupt;
+mod inverse;
 mod medium;
 mod pool;
 mod render;
@@ -34,6 +35,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     color_table::register(module)?;
     thickness::register(module)?;
     flow::register(module)?;
+    inverse::register(module)?;
     scene::register(module)?;
     render::register(module)?;
     image::register(module)?;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,7 @@ import numpy.typing as npt
 from iridesce.arguments.operands import Floats
 from iridesce.inverse.model import Problem
 from iridesce.inverse.solve import Data
+from iridesce.stack import Stack
 
 # Values so many times the median are damaged digits: no detector has such a range.
 _FAR_OUT = 1e9
@@ -57,6 +59,73 @@ def cleaned(
         sd = None if sd is None else np.sqrt(np.bincount(inverse, sd**2)) / counts
         nm = unique
     return nm, values, sd
+
+
+# Where the reference has so few standard deviations of light, a ratio to it says nothing.
+_LEAST_LIGHT = 3.0
+
+
+def referenced(
+    problem: Problem,
+    wavelength_nm: npt.ArrayLike,
+    measured: npt.ArrayLike,
+    dark: npt.ArrayLike | None,
+    reference: npt.ArrayLike,
+    reference_stack: Any,
+    noise: npt.ArrayLike | None,
+    notes: list[str],
+) -> tuple[Floats, Floats, Floats]:
+    """Reflectance or transmittance from counts, with the standard deviation of each point.
+
+    q = (m - d) / (r - d), R = q R0, s^2 = R0^2 (v(m) + q^2 v(r) + (1 - q)^2 v(d)) / (r - d)^2, v the variance of each count,
+    from the scatter of neighbours unless `noise`, in counts, is given.
+    """
+    nm, m, r = _column("wavelength_nm", wavelength_nm), _column("measured", measured), _column("reference", reference)
+    d = np.zeros_like(m) if dark is None else _column("dark", dark)
+    if not nm.size == m.size == r.size == d.size:
+        raise ValueError(
+            f"wavelength_nm, measured, reference and dark must be of one length, got {nm.size}, {m.size}, {r.size}, {d.size}"
+        )
+    if nm.size < 12:
+        raise ValueError(f"{nm.size} points are too few for counts; at least 12")
+    if noise is None:
+        variance = [_variance(nm, one) for one in (m, r, d)]
+    else:
+        size = np.broadcast_to(_column("noise", np.atleast_1d(np.asarray(noise))), m.shape) ** 2
+        variance = [size, size, np.zeros_like(size) if dark is None else size]
+    light = r - d
+    lit = np.isfinite(light) & (light > _LEAST_LIGHT * np.sqrt(variance[1] + variance[2])) & (light > 0.0)
+    if lit.sum() < 12:
+        raise ValueError(
+            f"the reference is above the dark by {_LEAST_LIGHT:g} standard deviations at {int(lit.sum())} of {lit.size} points, "
+            "at least 12 are needed: check dark and reference"
+        )
+    if not lit.all():
+        notes.append(f"{int((~lit).sum())} of {lit.size} points dropped: no light in the reference")
+    nm, m, light, d = nm[lit], m[lit], light[lit], d[lit]
+    if reference_stack is None:
+        of = np.ones_like(nm)
+    else:
+        stack = Stack.parse(reference_stack) if isinstance(reference_stack, str) else reference_stack
+        if not isinstance(stack, Stack):
+            raise ValueError(f"reference_stack must be a Stack or text like 'air / Si', got {reference_stack!r:.60}")
+        of = np.asarray(getattr(stack, problem.quantity)(nm, problem.angle_deg, problem.polarization))
+    q = (m - d) / light
+    v = [one[lit] for one in variance]
+    sd = of * np.sqrt(v[0] + q * q * v[1] + (1.0 - q) ** 2 * v[2]) / light
+    sd = np.maximum(sd, 1e-6 * float(np.nanmax(np.abs(q * of), initial=1e-300)))
+    return nm, q * of, sd
+
+
+def _variance(nm: Floats, counts: Floats) -> Floats:
+    """Variance of each count: from second differences, averaged over a twelfth of the spectrum."""
+    order = np.argsort(nm, kind="stable")
+    values = np.where(np.isfinite(counts), counts, 0.0)[order]
+    second = (values[2:] - 2.0 * values[1:-1] + values[:-2]) / math.sqrt(6.0)
+    local = _local_scatter(np.abs(np.r_[second[0], second, second[-1]]), values.size // 12)
+    out = np.empty_like(values)
+    out[order] = np.maximum(local[: values.size], 1e-12 * float(np.abs(values).max(initial=0.0))) ** 2
+    return out
 
 
 def inside_media(problem: Problem, nm: Floats, notes: list[str]) -> npt.NDArray[np.bool_]:
@@ -163,19 +232,6 @@ def _local_scatter(size: Floats, width: int) -> Floats:
     padded = np.pad(clipped, width // 2, mode="reflect")
     sums = np.cumsum(np.r_[0.0, padded])
     return np.asarray(np.sqrt((sums[width:] - sums[:-width]) / width))
-
-
-def correlation(residual: Floats) -> float:
-    """By how much the variance of a mean exceeds that of independent residuals: (1 + rho)/(1 - rho) for neighbours' rho."""
-    centred = residual - residual.mean()
-    size = float(centred @ centred)
-    if size == 0.0:
-        return 1.0
-    rho = float(centred[1:] @ centred[:-1]) / size
-    if rho < 3.0 / math.sqrt(residual.size):
-        return 1.0
-    rho = min(rho, 0.98)
-    return (1.0 + rho) / (1.0 - rho)
 
 
 def scatter(residual: Floats) -> float:

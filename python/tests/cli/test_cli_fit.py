@@ -32,7 +32,9 @@ def spectrum(tmp_path: Path) -> Path:
 def test_words_json_curves_and_picture(iridesce: Run, tmp_path: Path, spectrum: Path) -> None:
     finished = iridesce("fit", spectrum.name, "--stack", STACK, "-o", "fit.png", "-o", "fit.csv", "-o", "fit.json")
     assert finished.returncode == 0, finished.stderr
-    assert "1 plausible solution, 340 points" in finished.stdout and "612." in finished.stdout.replace("611.9", "612.")
+    assert "clear, 1 plausible solution, 340 points" in finished.stdout and "612." in finished.stdout.replace(
+        "611.9", "612."
+    )
     assert finished.stdout.endswith("fit.png\nfit.csv\nfit.json\n")
     assert "percent" in finished.stderr
     picture = matplotlib.image.imread(io.BytesIO((tmp_path / "fit.png").read_bytes()), format="png")
@@ -87,3 +89,49 @@ def test_wrong_use(
     assert finished.returncode == code, finished.stderr
     assert words in finished.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+
+def test_several_files_are_a_row_each(iridesce: Run, tmp_path: Path, spectrum: Path) -> None:
+    (tmp_path / "again.csv").write_bytes(spectrum.read_bytes())
+    finished = iridesce("fit", spectrum.name, "again.csv", "--stack", STACK, "--json")
+    assert finished.returncode == 0, finished.stderr
+    told = json.loads(finished.stdout)
+    assert [one["file"] for one in told] == ["film.csv", "again.csv"]
+    assert [one["verdict"] for one in told] == ["clear", "clear"]
+    assert told[0]["solutions"] == told[1]["solutions"]
+    refused = iridesce("fit", spectrum.name, "again.csv", "--stack", STACK, "-o", "x.csv")
+    assert refused.returncode == 2 and "one file" in refused.stderr
+
+
+def test_counts_with_dark_and_reference(iridesce: Run, tmp_path: Path) -> None:
+    """Values below 130 are counts, no percent, where a reference stands beside them."""
+    nm = np.arange(420.0, 760.0, 2.0)
+    random = np.random.default_rng(1)
+    light = 100.0 * (1.0 + 0.4 * np.exp(-0.5 * ((nm - 560.0) / 25.0) ** 2))
+    film = np.asarray(ir.Stack.parse("air / SiO2 75 / Si").reflectance(nm))
+    base = np.asarray(ir.Stack(["air", "Si"]).reflectance(nm))
+    for name, values in {"film": light * film + 1.8, "reference": light * base + 1.8, "dark": 1.8 + 0.0 * nm}.items():
+        noise = 0.02 * random.standard_normal(nm.size)
+        (tmp_path / f"{name}.csv").write_text("\n".join(f"{a},{b}" for a, b in zip(nm, values + noise, strict=True)))
+    arguments = ("--dark", "dark.csv", "--reference", "reference.csv", "--reference-stack", "air / Si", "--json")
+    finished = iridesce("fit", "film.csv", "--stack", STACK, *arguments)
+    assert finished.returncode == 0, finished.stderr
+    told = json.loads(finished.stdout)
+    assert told["verdict"] == "clear" and told["solutions"][0]["thickness_nm"] == pytest.approx(75.0, abs=1.0)
+    assert told["solutions"][0]["gain"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_defaults_are_those_of_the_library() -> None:
+    """What the command line leaves unsaid means what Python means by it."""
+    import inspect
+
+    from iridesce.cli.verbs.fit import verb
+
+    said = {name: one.default for name, one in inspect.signature(verb).parameters.items()}
+    library = {name: one.default for name, one in inspect.signature(ir.fit_thickness).parameters.items()}
+    names = {"angle": "angle_deg", "range_": "thickness_range_nm", "resolution": "resolution_nm"}
+    compared = {names.get(name, name): default for name, default in said.items() if names.get(name, name) in library}
+    assert {"angle_deg", "baseline", "gain", "quantity", "probability", "index"} <= set(compared)
+    for name, default in compared.items():
+        if name not in ("wavelength_nm", "measured", "stack"):
+            assert default == library[name], name

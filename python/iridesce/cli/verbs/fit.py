@@ -15,7 +15,12 @@ from iridesce.cli.reading import pair
 
 def verb(
     spectrum: Annotated[
-        Path, typer.Argument(help="The spectrometer's text file: wavelength and measurement.", show_default=False)
+        list[Path],
+        typer.Argument(
+            metavar="FILE...",
+            help="Text files of a spectrometer: wavelength and measurement; each is fitted by itself.",
+            show_default=False,
+        ),
     ],
     stack: Annotated[
         str, typer.Option("--stack", help='Media and layers, ? for what is unknown: "air / SiO2 ? / Si".')
@@ -30,15 +35,26 @@ def verb(
     gain: Annotated[
         str | None,
         typer.Option(
-            help='measured = gain x model; unknown if not given. 1 for a calibrated ratio; "linear": drifting.'
+            help='measured = gain x model; unknown if not given. 1 for a calibrated ratio; "linear", "quadratic": drifting.'
         ),
     ] = None,
-    baseline: Annotated[str, typer.Option(help="Stray light: none, constant, linear or quadratic.")] = "constant",
+    baseline: Annotated[str, typer.Option(help="Stray light: auto, none, constant, linear or quadratic.")] = "auto",
     resolution: Annotated[
         float | None, typer.Option(help="Full width of the instrument's line, nm; found if not given.")
     ] = None,
     index: Annotated[
         str | None, typer.Option(help="Fit the index of the unknown layers too: constant or cauchy.")
+    ] = None,
+    index_tolerance: Annotated[
+        float, typer.Option("--index-tolerance", help="Standard deviation of the film's index, relative.")
+    ] = 0.0,
+    dark: Annotated[Path | None, typer.Option(help="File of counts without light.", show_default=False)] = None,
+    reference: Annotated[
+        Path | None, typer.Option(help="File of counts of the reference, see --reference-stack.", show_default=False)
+    ] = None,
+    reference_stack: Annotated[
+        str | None,
+        typer.Option("--reference-stack", help='What the reference is: "air / Si"; a perfect mirror if not given.'),
     ] = None,
     column: Annotated[str | None, typer.Option(help="Name or number of the measurement's column.")] = None,
     wavelength_column: Annotated[
@@ -54,7 +70,9 @@ def verb(
     output: Annotated[
         list[Path] | None,
         typer.Option(
-            "-o", "--output", help="Plot (.png, .pdf, .svg) or curves (.csv, .json) to write; may be given twice."
+            "-o",
+            "--output",
+            help="Plot (.png, .pdf, .svg) or curves (.csv, .json) of one file to write; may be given twice.",
         ),
     ] = None,
     theme: ThemeOption = "light",
@@ -62,66 +80,92 @@ def verb(
     verbose: Annotated[bool, typer.Option("--verbose", help="Say all of how the file was read.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Film thickness from a reflectance or transmittance spectrum: every plausible solution with its interval."""
+    """Film thickness from a reflectance or transmittance spectrum: every plausible solution, and a verdict."""
     from iridesce.files import rows
 
     files = output or []
     for file in files:
         rows.check(file, (*FORMATS, *rows.FORMATS))
+    if files and len(spectrum) > 1:
+        raise typer.BadParameter(f"curves of {len(spectrum)} spectra do not go into one file", param_hint="--output")
     pairs = [pair(text, "--range", "nm") for text in range_ or []]
+
+    import numpy as np
 
     import iridesce as ir
 
-    read = ir.fit.read_spectrum(
-        spectrum,
-        column,
-        unit,
-        quantity,
-        wavelength_column=wavelength_column,
-        unit_y=unit_y,
-        range_nm=(from_, to) if (from_, to) != (0.0, float("inf")) else None,
-    )
-    inside = ~((read.wavelength_nm < from_) | (read.wavelength_nm > to))
-    result = ir.fit_thickness(
-        read.wavelength_nm[inside],
-        read.measured[inside],
-        stack,
-        quantity=quantity,
-        angle_deg=angle,
-        polarization=polarization,
-        thickness_range_nm=None if not pairs else pairs[0] if len(pairs) == 1 else pairs,
-        gain=_gain(gain),
-        baseline=baseline,
-        resolution_nm=resolution,
-        index=index,
-        probability=probability,
-    )
+    def read_one(path: Path) -> Any:
+        return ir.fit.read_spectrum(
+            path,
+            column,
+            unit,
+            quantity,
+            wavelength_column=wavelength_column,
+            # Counts are no percent, however large they are: they are divided by those of the reference.
+            unit_y="counts" if unit_y is None and reference is not None else unit_y,
+            range_nm=(from_, to) if (from_, to) != (0.0, float("inf")) else None,
+        )
+
+    def counts(path: Path, wavelength_nm: Any) -> Any:
+        """Counts of another file, at these wavelengths."""
+        other = read_one(path)
+        if not np.array_equal(other.wavelength_nm, wavelength_nm):
+            raise ValueError(f"{path}: its wavelengths are not those of {spectrum[0]}")
+        return other.measured
+
+    def fitted(path: Path) -> tuple[Any, Any]:
+        read = read_one(path)
+        inside = ~((read.wavelength_nm < from_) | (read.wavelength_nm > to))
+        result = ir.fit_thickness(
+            read.wavelength_nm[inside],
+            read.measured[inside],
+            stack,
+            quantity=quantity,
+            angle_deg=angle,
+            polarization=polarization,
+            thickness_range_nm=None if not pairs else pairs[0] if len(pairs) == 1 else pairs,
+            gain=_gain(gain),
+            baseline=baseline,
+            resolution_nm=resolution,
+            index=index,
+            probability=probability,
+            dark=None if dark is None else counts(dark, read.wavelength_nm)[inside],
+            reference=None if reference is None else counts(reference, read.wavelength_nm)[inside],
+            reference_stack=reference_stack,
+            index_tolerance=index_tolerance,
+        )
+        return read, result
+
+    answers = [(path, *fitted(path)) for path in spectrum]
+    path, read, result = answers[0]
     for file in files:
         if file.suffix.lower() in rows.FORMATS:
             columns: dict[str, Any] = {"wavelength_nm": result.wavelength_nm, "measured": result.measured}
             for number, solution in enumerate(result, start=1):
                 columns[f"fitted_{number}"] = solution.fitted
-            rows.write(file, columns, {"file": str(spectrum), **result.to_dict()})
+            rows.write(file, columns, {"file": str(path), **result.to_dict()})
         else:
             write_chart(file, size, lambda ax: result.plot(ax, theme=theme))
     if as_json:
-        answer = {"file": str(spectrum), "column": read.column, "read": read.read.to_dict(), **result.to_dict()}
-        print_json({**answer, "files": [str(file) for file in files]})
+        told = [
+            {"file": str(path), "column": read.column, "read": read.read.to_dict(), **result.to_dict()}
+            for path, read, result in answers
+        ]
+        print_json({**told[0], "files": [str(file) for file in files]} if len(told) == 1 else told)
         return
-    if verbose:
-        note(f"{spectrum}: {read.read}")
-    else:
-        for remark in read.notes:
-            note(f"note: {remark}")
-    print(result)
+    for path, read, result in answers:
+        for remark in [read.read] if verbose else read.notes:
+            note(f"note: {remark}" if len(answers) == 1 and not verbose else f"{path}: {remark}")
+        print(result if len(answers) == 1 else f"{path}: {result}")
     for file in files:
         print(file)
 
 
 def _gain(text: str | None) -> float | str | None:
-    if text is None or text == "linear":
+    if text is None or text in ("linear", "quadratic"):
         return text
     try:
         return float(text)
     except ValueError:
-        raise typer.BadParameter(f'wanted a number or "linear", got {text!r}', param_hint="--gain") from None
+        words = f'wanted a number, "linear" or "quadratic", got {text!r}'
+        raise typer.BadParameter(words, param_hint="--gain") from None

@@ -1,0 +1,336 @@
+//! How likely a measured curve is if a film has a certain spectrum, the lamp, the stray light and the noise being unknown.
+//!
+//! For a film whose spectrum is R(l),
+//!
+//! ```text
+//! y(l) = g (1 + level u + bend p(l)) R(l) + g stray (v + bend q(l)) + noise
+//! ```
+//!
+//! with u, v normal of variance 1, p and q smooth curves of covariance exp(-(dl / length)^2 / 2), and independent noise of
+//! standard deviation kappa s(l). All of it is linear in (u, p, v, q), which are integrated out in closed form (C. E. Rasmussen,
+//! C. K. I. Williams, Gaussian Processes for Machine Learning, 2006, sec. 2.7):
+//!
+//! ```text
+//! y = g R + A theta + eps,  theta ~ N(0, 1),  B = A / (kappa s),  M = 1 + B^T B = C C^T,  z = C^-1 B^T (y - g R) / (kappa s)
+//! log E = -1/2 (sum ((y - g R) / (kappa s))^2 - z.z) - sum log C_jj - sum log(kappa s) - N/2 log 2 pi
+//! ```
+//!
+//! The term sum log C_jj is what a chi-square lacks: explanations of different freedom stand on one scale.
+
+use iridesce_numerics::Watch;
+use rayon::prelude::*;
+
+use crate::cholesky::{backward, factor, forward};
+use crate::{InverseError, SmoothCurves};
+
+/// A measured curve.
+#[derive(Debug, Clone, Copy)]
+pub struct Measured<'a> {
+    /// The values.
+    pub values: &'a [f64],
+    /// Standard deviation of each, > 0.
+    pub sd: &'a [f64],
+}
+
+/// How lamp, stray light and noise may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nuisance {
+    /// Which of the smooth curves bend the response; without effect where `bend` is 0.
+    pub curves: usize,
+    /// The gain g, > 0.
+    pub gain: f64,
+    /// Standard deviation of the gain, of itself.
+    pub level: f64,
+    /// Standard deviation of the response along the wavelengths, of the gain.
+    pub bend: f64,
+    /// Standard deviation of the stray light, in the unit of R.
+    pub stray: f64,
+    /// By how much the noise is larger than stated.
+    pub kappa: f64,
+}
+
+/// What the light and the film together look like, once an explanation is taken.
+#[derive(Debug, Clone)]
+pub struct Explained {
+    /// The response g (1 + level u + bend p).
+    pub response: Vec<f64>,
+    /// The stray light.
+    pub stray: Vec<f64>,
+}
+
+/// The products of one spectrum with one set of curves: what all nuisances of these curves share.
+struct Products {
+    /// U^T W R^2 U, U^T W R U, U^T W U, row after row, whole.
+    squares: [Vec<f64>; 3],
+    /// U^T W R y, U^T W y.
+    sides: [Vec<f64>; 2],
+}
+
+fn products(curves: &SmoothCurves, spectrum: &[f64], of: Measured<'_>) -> Products {
+    let q = curves.columns;
+    let mut squares = [vec![0.0; q * q], vec![0.0; q * q], vec![0.0; q * q]];
+    let mut sides = [vec![0.0; q], vec![0.0; q]];
+    for (i, row) in curves.rows.chunks_exact(q).enumerate() {
+        let weight = 1.0 / (of.sd[i] * of.sd[i]);
+        let r = spectrum[i];
+        let weights = [weight * r * r, weight * r, weight];
+        for (square, w) in squares.iter_mut().zip(weights) {
+            for (a, &value) in row.iter().enumerate() {
+                let scaled = w * value;
+                for (sum, &other) in square[a * q..a * q + a + 1].iter_mut().zip(row) {
+                    *sum += scaled * other;
+                }
+            }
+        }
+        let (first, second) = (weight * r * of.values[i], weight * of.values[i]);
+        for (a, &value) in row.iter().enumerate() {
+            sides[0][a] += first * value;
+            sides[1][a] += second * value;
+        }
+    }
+    for square in &mut squares {
+        for a in 0..q {
+            for b in 0..a {
+                square[b * q + a] = square[a * q + b];
+            }
+        }
+    }
+    Products { squares, sides }
+}
+
+/// M = 1 + B^T B (lower triangle), B^T (y - g R) / (kappa s), the scale of each column, and its place among the curves.
+struct System {
+    size: usize,
+    matrix: Vec<f64>,
+    right: Vec<f64>,
+    /// Scale, whether it is stray light, and the column of the curves.
+    columns: Vec<(f64, bool, usize)>,
+}
+
+fn system(products: &Products, q: usize, of: &Nuisance) -> System {
+    let used = if of.bend > 0.0 { q } else { 1 };
+    let mut columns = Vec::with_capacity(2 * used);
+    for (is_stray, size) in [(false, of.gain), (true, of.gain * of.stray)] {
+        for a in 0..used {
+            let scale = size
+                * if a > 0 {
+                    of.bend
+                } else if is_stray {
+                    1.0
+                } else {
+                    of.level
+                };
+            if scale > 0.0 {
+                columns.push((scale, is_stray, a));
+            }
+        }
+    }
+    let size = columns.len();
+    let (mut matrix, mut right) = (vec![0.0; size * size], vec![0.0; size]);
+    let weight = 1.0 / (of.kappa * of.kappa);
+    let [film, mixed, stray] = &products.squares;
+    for (row, &(scale, is_stray, a)) in columns.iter().enumerate() {
+        for (column, &(other, other_is_stray, b)) in columns[..=row].iter().enumerate() {
+            let square = match (is_stray, other_is_stray) {
+                (false, false) => film,
+                (true, true) => stray,
+                _ => mixed,
+            };
+            matrix[row * size + column] = weight * scale * other * square[a * q + b];
+        }
+        matrix[row * size + row] += 1.0;
+        // The columns against what is left after the mean response.
+        let side = &products.sides[usize::from(is_stray)];
+        let mean = if is_stray { mixed } else { film };
+        right[row] = weight * scale * (side[a] - of.gain * mean[a * q]);
+    }
+    System { size, matrix, right, columns }
+}
+
+fn log_evidence(products: &Products, q: usize, of: &Nuisance, square: f64, log_sd: f64, count: usize) -> f64 {
+    let mut system = system(products, q, of);
+    factor(&mut system.matrix, system.size);
+    forward(&system.matrix, system.size, &mut system.right);
+    let weight = 1.0 / (of.kappa * of.kappa);
+    let left = square - 2.0 * of.gain * products.sides[0][0] + of.gain * of.gain * products.squares[0][0];
+    let explained: f64 = system.right.iter().map(|z| z * z).sum();
+    let volume: f64 = (0..system.size).map(|j| system.matrix[j * system.size + j].ln()).sum();
+    let count = count as f64;
+    -0.5 * (weight * left - explained).max(0.0)
+        - volume
+        - log_sd
+        - count * of.kappa.ln()
+        - 0.5 * count * (2.0 * std::f64::consts::PI).ln()
+}
+
+fn check(
+    of: Measured<'_>,
+    spectrum_length: usize,
+    curves: &[SmoothCurves],
+    nuisances: &[Nuisance],
+) -> Result<(), InverseError> {
+    let count = of.values.len();
+    let refuse = |words: String| Err(InverseError::Argument(words));
+    if count == 0 || of.sd.len() != count || spectrum_length % count != 0 {
+        return refuse(format!(
+            "values, sd and spectra must be of one length, got {count}, {} and {spectrum_length} in all",
+            of.sd.len()
+        ));
+    }
+    if let Some(one) = of.sd.iter().find(|sd| !(**sd > 0.0 && sd.is_finite())) {
+        return refuse(format!("sd must be > 0 and finite, got {one}"));
+    }
+    if let Some(one) = curves.iter().find(|one| one.rows.len() != count * one.columns) {
+        return refuse(format!("curves of {} channels for {count}", one.rows.len() / one.columns));
+    }
+    let good = |n: &Nuisance| {
+        n.curves < curves.len()
+            && n.gain > 0.0
+            && n.kappa > 0.0
+            && [n.gain, n.kappa, n.level, n.bend, n.stray].iter().all(|v| *v >= 0.0 && v.is_finite())
+    };
+    match nuisances.iter().find(|one| !good(one)) {
+        Some(one) => refuse(format!("gain and kappa must be > 0, all others >= 0, curves known, got {one:?}")),
+        None => Ok(()),
+    }
+}
+
+/// log E of each spectrum (rows) under each nuisance.
+///
+/// `spectra` holds R, channel after channel, spectrum after spectrum. The answer has a row a spectrum, and is the same for
+/// any number of threads.
+pub fn log_evidences(
+    of: Measured<'_>,
+    spectra: &[f64],
+    curves: &[SmoothCurves],
+    nuisances: &[Nuisance],
+    watch: &Watch,
+) -> Result<Vec<f64>, InverseError> {
+    check(of, spectra.len(), curves, nuisances)?;
+    let count = of.values.len();
+    let square: f64 = of.values.iter().zip(of.sd).map(|(y, s)| (y / s) * (y / s)).sum();
+    let log_sd: f64 = of.sd.iter().map(|s| s.ln()).sum();
+    let mut out = vec![0.0; spectra.len() / count * nuisances.len()];
+    out.par_chunks_exact_mut(nuisances.len().max(1)).zip(spectra.par_chunks_exact(count)).try_for_each(
+        |(out, spectrum)| {
+            watch.check()?;
+            let mut made: Vec<Option<Products>> = (0..curves.len()).map(|_| None).collect();
+            for (value, nuisance) in out.iter_mut().zip(nuisances) {
+                let curve = &curves[nuisance.curves];
+                let products = made[nuisance.curves].get_or_insert_with(|| products(curve, spectrum, of));
+                *value = log_evidence(products, curve.columns, nuisance, square, log_sd, count);
+            }
+            watch.add(1);
+            Ok::<(), InverseError>(())
+        },
+    )?;
+    Ok(out)
+}
+
+/// The response and the stray light that one explanation takes: the means of their posterior.
+pub fn explain(
+    of: Measured<'_>,
+    spectrum: &[f64],
+    curves: &[SmoothCurves],
+    nuisance: &Nuisance,
+) -> Result<Explained, InverseError> {
+    check(of, spectrum.len(), curves, std::slice::from_ref(nuisance))?;
+    let curve = &curves[nuisance.curves];
+    let q = curve.columns;
+    let mut system = system(&products(curve, spectrum, of), q, nuisance);
+    factor(&mut system.matrix, system.size);
+    forward(&system.matrix, system.size, &mut system.right);
+    backward(&system.matrix, system.size, &mut system.right);
+    let (mut response, mut stray) = (Vec::new(), Vec::new());
+    for row in curve.rows.chunks_exact(q) {
+        let sum = |wanted: bool| -> f64 {
+            let parts = system.columns.iter().zip(&system.right).filter(|((_, is_stray, _), _)| *is_stray == wanted);
+            parts.map(|((scale, _, a), theta)| scale * row[*a] * theta).sum()
+        };
+        response.push(nuisance.gain + sum(false));
+        stray.push(sum(true));
+    }
+    Ok(Explained { response, stray })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// log N(y; g R, Sigma) with Sigma written out whole: another road to the same number.
+    fn whole(of: Measured<'_>, spectrum: &[f64], nm: &[f64], length: f64, n: &Nuisance) -> f64 {
+        let count = of.values.len();
+        let mut sigma = vec![0.0; count * count];
+        for i in 0..count {
+            for j in 0..count {
+                let k = n.bend * n.bend * (-0.5 * ((nm[i] - nm[j]) / length).powi(2)).exp();
+                sigma[i * count + j] = n.gain
+                    * n.gain
+                    * (spectrum[i] * spectrum[j] * (n.level * n.level + k) + n.stray * n.stray * (1.0 + k));
+            }
+            sigma[i * count + i] += (n.kappa * of.sd[i]).powi(2);
+        }
+        let mut log_det = 0.0;
+        let mut right: Vec<f64> = (0..count).map(|i| of.values[i] - n.gain * spectrum[i]).collect();
+        // `factor` holds pivots above 1/2: bring the diagonal there.
+        let scale = 1e4;
+        sigma.iter_mut().for_each(|v| *v *= scale);
+        factor(&mut sigma, count);
+        (0..count).for_each(|i| log_det += sigma[i * count + i].ln() - 0.5 * scale.ln());
+        forward(&sigma, count, &mut right);
+        let square: f64 = right.iter().map(|z| z * z * scale).sum();
+        -0.5 * square - log_det - 0.5 * count as f64 * (2.0 * std::f64::consts::PI).ln()
+    }
+
+    #[test]
+    fn closed_form_is_the_normal_density_of_the_whole_covariance() {
+        let nm: Vec<f64> = (0..40).map(|i| 450.0 + 9.0 * f64::from(i)).collect();
+        let spectrum: Vec<f64> = nm.iter().map(|l| 0.2 + 0.15 * (9000.0 / l).cos()).collect();
+        let values: Vec<f64> =
+            nm.iter().zip(&spectrum).map(|(l, r)| 1.1 * r * (1.0 + 0.1 * (l / 40.0).sin()) + 0.01).collect();
+        let sd: Vec<f64> = nm.iter().map(|l| 0.02 + 1e-5 * l).collect();
+        let of = Measured { values: &values, sd: &sd };
+        for (length, bend, stray, level) in
+            [(50.0, 0.3, 0.05, 0.2), (120.0, 0.1, 0.0, 0.1), (50.0, 0.0, 0.05, 0.3), (20.0, 0.0, 0.0, 0.0)]
+        {
+            let curves = [SmoothCurves::new(&nm, length).unwrap()];
+            let nuisance = Nuisance { curves: 0, gain: 1.0, level, bend, stray, kappa: 1.3 };
+            let got = log_evidences(of, &spectrum, &curves, &[nuisance], &Watch::new()).unwrap()[0];
+            let wanted = whole(of, &spectrum, &nm, length, &nuisance);
+            assert!((got - wanted).abs() < 2e-3, "{length} {bend}: {got} {wanted}");
+        }
+    }
+
+    #[test]
+    fn a_response_is_found_where_the_film_is_known() {
+        let nm: Vec<f64> = (0..200).map(|i| 450.0 + 2.0 * f64::from(i)).collect();
+        let spectrum: Vec<f64> = nm.iter().map(|l| 0.2 + 0.15 * (40_000.0 / l).cos()).collect();
+        let lamp = |l: f64| 2.0 * (1.0 + 0.2 * ((l - 620.0) / 60.0).sin());
+        let values: Vec<f64> = nm.iter().zip(&spectrum).map(|(l, r)| lamp(*l) * r + 0.05).collect();
+        let sd = vec![1e-3; nm.len()];
+        let curves = [SmoothCurves::new(&nm, 50.0).unwrap()];
+        let nuisance = Nuisance { curves: 0, gain: 2.0, level: 0.3, bend: 0.3, stray: 0.1, kappa: 1.0 };
+        let found = explain(Measured { values: &values, sd: &sd }, &spectrum, &curves, &nuisance).unwrap();
+        for (i, l) in nm.iter().enumerate().skip(10).take(180) {
+            assert!((found.response[i] / lamp(*l) - 1.0).abs() < 0.02, "{l}: {} {}", found.response[i], lamp(*l));
+            assert!((found.stray[i] - 0.05).abs() < 6e-3, "{l}: {}", found.stray[i]);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_asked_is_refused_and_what_is_stopped_stops() {
+        let (values, sd) = ([1.0, 2.0], [0.1, 0.1]);
+        let curves = [SmoothCurves::new(&[500.0, 510.0], 50.0).unwrap()];
+        let nuisance = Nuisance { curves: 0, gain: 1.0, level: 0.0, bend: 0.0, stray: 0.0, kappa: 1.0 };
+        let of = Measured { values: &values, sd: &sd };
+        let bad = Nuisance { gain: -1.0, ..nuisance };
+        assert!(log_evidences(of, &[0.1, 0.2], &curves, &[bad], &Watch::new()).is_err());
+        assert!(log_evidences(of, &[0.1, 0.2, 0.3], &curves, &[nuisance], &Watch::new()).is_err());
+        let zero = Measured { values: &values, sd: &[0.0, 0.1] };
+        assert!(log_evidences(zero, &[0.1, 0.2], &curves, &[nuisance], &Watch::new()).is_err());
+        let watch = Watch::new();
+        watch.stop();
+        let stopped = log_evidences(of, &[0.1, 0.2], &curves, &[nuisance], &watch);
+        assert_eq!(stopped, Err(InverseError::Stopped(iridesce_numerics::Stopped)));
+    }
+}

@@ -1,0 +1,493 @@
+"""One spectrum, from the minima of its misfit to the posterior and the verdict. Internal."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from iridesce.arguments.operands import Floats
+from iridesce.inverse.candidates import WIDEST_LINE_NM, Search, model_of
+from iridesce.inverse.data import scatter, too_much, weights_of, without_lamp
+from iridesce.inverse.model import HarmonicModel, Model, Problem, describe, harmonics
+from iridesce.inverse.posterior import (
+    PRIOR_FILM,
+    PRIOR_NONE,
+    PRIOR_OTHER,
+    Engine,
+    Light,
+    Measured,
+    climb,
+    log_sum,
+    prior_density,
+    temper,
+)
+from iridesce.inverse.results import FitResult, Solution
+from iridesce.inverse.search import round_trip_rate, starts
+from iridesce.inverse.solve import Data, Fitted, student
+from iridesce.optics.averages import FWHM
+
+# Explanations whose probability is below this share of the best one's are not listed.
+_LEAST_LIKELY = 1e-4
+# Residuals above this many times the noise, squared, say that something smooth is left.
+_SMOOTH_LEFT = 1.5
+# The noise is at least this share of the largest value: below, it is the rounding of the models.
+_ROUNDING = 2e-6
+# One order holds the answer where it has this share of all probability.
+_CLEAR = 0.95
+# As many fringes a lamp of unknown course may imitate: no answer below them is clear unless its response is even or known.
+_FRINGES_OF_A_LAMP = 1.5
+_WORST_KAPPA = 10.0
+# Minima that are this much less likely, in units of the logarithm, are not looked at closely.
+_LOOK = 16.0
+_MOST_PEAKS = 12
+# The scan under a lamp: up to so many fringes, in steps of so much phase (radians), peaks within so much of the best.
+_SCANNED_FRINGES = 12.0
+_SCAN_STEP = 0.25
+_FAR = 60.0
+_STARTS = 10
+# Lines of the instrument (sd, nm) that are tried where it is unknown; uneven films look like wider ones.
+_LINES_NM = (0.0, 0.8, 2.0)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A minimum and the search that found it."""
+
+    fitted: Fitted
+    search: Search
+    log_evidence: float
+
+
+class Analysis:
+    """One spectrum, from its minima to its posterior."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        data: Data,
+        sd: Floats | None,
+        light: Light,
+        line: float | None,
+        bounds: Floats,
+        notes: list[str],
+    ) -> None:
+        self.problem, self.data, self.sd, self.light = problem, data, sd, light
+        self.line, self.bounds, self.notes = line, bounds, notes
+        self.model: Model = model_of(problem, data.wavelength_nm)
+        self.unknown = len(problem.unknown)
+        # Only where one thickness is all that is unknown does its posterior have one axis.
+        self.single = self.unknown == 1 and problem.index_count == 0
+
+    def result(self, pliable: bool, probability: float, tolerance: float) -> FitResult:
+        found = self._minima(pliable)
+        engine = Engine(self._measured(found), self.light)
+        rated = self._rated(engine, found)
+        if rated:
+            # Twice: the first temper is that of an answer chosen without one.
+            for _ in range(2):
+                best = rated[0].fitted.parameters
+                row = self._best_row(engine, best)
+                response, stray = engine.explain(self.model.value(best), row)
+                left = (engine.of.measured - response * self.model.value(best) - stray) / engine.of.sd
+                before, engine.tempered = engine.tempered, temper(left)
+                if engine.tempered == before:
+                    break
+                # Tempered, none of the others comes nearer than by this.
+                near = [one for one in rated if one.log_evidence > rated[0].log_evidence - _LOOK * engine.tempered]
+                rated = self._rated(engine, [(one.fitted, one.search) for one in near])
+        if engine.tempered > 1.5:
+            self.notes.append("what is left hangs together along the spectrum; the intervals are widened for it")
+        top = rated[0].log_evidence if rated else 0.0
+        near = [one for one in rated[:_MOST_PEAKS] if one.log_evidence > top - _LOOK]
+        solved = [self._solution(engine, one, probability, tolerance) for one in near]
+        return self._answer(engine, solved, probability)
+
+    # --- minima
+
+    def _minima(self, pliable: bool) -> list[tuple[Fitted, Search]]:
+        search = Search(self.problem, self.model, self.data, self.line, self.bounds)
+        found = [(one, search) for one in search.candidates()]
+        if found and self.sd is None:
+            weight = weights_of(found[0][0].curve, self.data, self.notes)
+            if weight is not None:
+                self.data = replace(self.data, weight=weight)
+                search = Search(self.problem, self.model, self.data, self.line, self.bounds)
+                solver = search.solver()
+                found = [
+                    (one, search) for one in search.unique([search.refined(solver, one.parameters) for one, _ in found])
+                ]
+        if found and self._explains(found[0][0]):
+            limit = found[0][0].misfit / max(self.data.wavelength_nm.size, 1) * 60.0
+            return [(one, search) for one, search in found if one.misfit < found[0][0].misfit + 4.0 * limit]
+        if not pliable:
+            return found
+        bent = Search(self.problem, self.model, replace(self.data, bend=2, baseline=3), self.line, self.bounds)
+        if not self.single:
+            return found + [(one, bent) for one in bent.candidates()[:8]]
+        # Under a lamp of any course: every thin film by its evidence, thick ones by their period.
+        solver = bent.solver()
+        lines = [self.line] if self.line is not None else list(_LINES_NM)
+        far = []
+        for thickness, line in [*self._scanned(found, lines), *self._under_a_lamp(lines)]:
+            if self.bounds[0, 0] <= thickness <= self.bounds[0, 1]:
+                far.append((solver.at(np.array([thickness, line * line])), bent))
+        return found + far
+
+    def _explains(self, best: Fitted) -> bool:
+        """Whether nothing smooth is left."""
+        residual = (self.data.measured - best.curve) * self.data.weight
+        return float(residual @ residual) / residual.size < _SMOOTH_LEFT * scatter(residual) ** 2
+
+    def _under_a_lamp(self, lines: list[float]) -> list[tuple[float, float]]:
+        """Minima of the spectrum over its own smooth course, for counts that were never divided by the lamp."""
+        of = harmonics(self.problem, self.data.wavelength_nm)
+        mean = np.ones_like(self.data.wavelength_nm) if of is None else np.maximum(of.base, 1e-6)
+        divided = without_lamp(self.data.wavelength_nm, self.data.measured, mean)
+        if divided is None:
+            return []
+        nm, values, weight = divided
+        data = Data(nm, values, weight, None, 0, 1)
+        other = Search(self.problem, model_of(self.problem, nm), data, self.line, self.bounds)
+        found = starts(self.problem, other.model, data, self.bounds, lines, _STARTS)
+        solver = other.solver()
+        quick = [solver.solve(np.array([thickness[0], line * line]), [0], 8) for thickness, line in found]
+        quick = [one for one in quick if one.gain[0] > 0.0]
+        quick.sort(key=lambda one: one.misfit)
+        return [(float(one.parameters[0]), math.sqrt(one.parameters[1])) for one in quick[:_STARTS]]
+
+    def _scanned(self, found: list[tuple[Fitted, Search]], lines: list[float]) -> list[tuple[float, float]]:
+        """Peaks of the evidence on a grid: what explains the data under a lamp that may bend as it likes."""
+        rate = round_trip_rate(self.problem, self.data.wavelength_nm, 0)
+        low = float(self.bounds[0, 0])
+        high = min(float(self.bounds[0, 1]), 2.0 * math.pi * _SCANNED_FRINGES / float(np.ptp(rate)))
+        if high <= low:
+            return []
+        grid = np.arange(low, high, _SCAN_STEP / float(rate.max()))
+        of = self._measured(found)
+        finest = float(self.data.wavelength_nm[0]) ** 2 / (3.0 * high)
+        step = max(
+            1, min(of.wavelength_nm.size // 150, int(finest / 6.0 / float(np.median(np.diff(of.wavelength_nm)))))
+        )
+        size = of.wavelength_nm.size // step * step
+        nm, values, sd = (
+            one[:size].reshape(-1, step).mean(axis=1)
+            for one in (of.wavelength_nm, of.measured, of.sd / math.sqrt(step))
+        )
+        engine = Engine(Measured(nm, values, sd, of.mean), self.light)
+        model = model_of(self.problem, nm)
+        if isinstance(model, HarmonicModel):
+            spectra = model.many(grid, lines[0] ** 2)
+        else:
+            stack = self.problem.with_thickness([grid[:, None]])
+            spectra = np.asarray(
+                getattr(stack, self.problem.quantity)(nm, self.problem.angle_deg, self.problem.polarization)
+            )
+        logs = np.array([log_sum(line) for line in engine.log_evidences(spectra, engine.scan())])
+        logs = logs + np.log(prior_density(grid, low, high))
+        before, after = np.r_[-np.inf, logs[:-1]], np.r_[logs[1:], -np.inf]
+        tops = np.flatnonzero((logs >= before) & (logs > after) & (logs > logs.max() - _FAR))
+        best = tops[np.argsort(-logs[tops], kind="stable")[:_STARTS]]
+        return [(float(grid[place]), line) for place in best for line in lines]
+
+    def _measured(self, found: list[tuple[Fitted, Search]]) -> Measured:
+        """The data with the standard deviation of each point."""
+        data = self.data
+        if self.sd is not None:
+            sd = self.sd
+        else:
+            curves = [one.curve for one, _ in found] or [np.zeros_like(data.measured)]
+            size = min(scatter((data.measured - curve) * data.weight) for curve in curves)
+            sd = size / data.weight
+        floor = _ROUNDING * float(np.abs(data.measured).max())
+        trials = np.exp(np.linspace(np.log(self.bounds[:, 0] + 50.0), np.log(self.bounds[:, 1] + 50.0), 24)) - 50.0
+        stack = self.problem.with_thickness([trials[:, place, None] for place in range(self.unknown)])
+        spectra = getattr(stack, self.problem.quantity)(
+            data.wavelength_nm[None, :: max(1, data.wavelength_nm.size // 24)],
+            self.problem.angle_deg,
+            self.problem.polarization,
+        )
+        return Measured(data.wavelength_nm, data.measured, np.maximum(sd, floor), float(np.mean(spectra)))
+
+    # --- posterior
+
+    def _rated(self, engine: Engine, found: list[tuple[Fitted, Search]]) -> list[_Found]:
+        rated = []
+        for one, search in found:
+            spectrum = self.model.value(one.parameters)
+            rated.append(_Found(one, search, log_sum(engine.log_evidences(spectrum, engine.quick(spectrum))[0])))
+        return sorted(rated, key=lambda one: -one.log_evidence)
+
+    def _best_row(self, engine: Engine, parameters: Floats) -> Floats:
+        spectrum = self.model.value(parameters)
+        films = engine.quick(spectrum)
+        return np.asarray(films.rows[int(engine.log_evidences(spectrum, films)[0].argmax())])
+
+    def _solution(
+        self, engine: Engine, one: _Found, probability: float, tolerance: float
+    ) -> tuple[Solution, float, bool]:
+        """A solution, the logarithm of its mass, and whether it is an end of what was searched."""
+        if not self.single:
+            return self._laplace(engine, one, probability, tolerance)
+        start = one.fitted.parameters
+
+        def row(thickness_nm: float) -> Floats:
+            return self.model.value(np.array([thickness_nm, *start[1:]]))
+
+        rate = float(round_trip_rate(self.problem, self.data.wavelength_nm, 0).max())
+        peak = climb(engine, row, float(start[0]), 0.02 / rate, (float(self.bounds[0, 0]), float(self.bounds[0, 1])))
+        low, high = peak.quantiles(probability)
+        wide = student(probability, 1e6) * tolerance * peak.thickness_nm
+        interval = (
+            max(peak.thickness_nm - math.hypot(peak.thickness_nm - low, wide), 0.0),
+            peak.thickness_nm + math.hypot(high - peak.thickness_nm, wide),
+        )
+        sd = math.hypot(peak.sd_nm, tolerance * peak.thickness_nm)
+        parameters = np.array([peak.thickness_nm, *start[1:]])
+        return (
+            self._told(engine, parameters, peak.best, peak.thickness_nm, interval, sd, {}),
+            peak.log_mass,
+            peak.at_end,
+        )
+
+    def _laplace(
+        self, engine: Engine, one: _Found, probability: float, tolerance: float
+    ) -> tuple[Solution, float, bool]:
+        """Several unknowns: the mass of a normal peak, intervals from profiles of the misfit."""
+        fitted, search = one.fitted, one.search
+        solver, free = search.solver(), search.free(fitted)
+        freedom = max(self.data.wavelength_nm.size - len(free) - search.data.linear_count, 1)
+        variance = fitted.misfit / freedom
+        if self.sd is not None:
+            stated = 1.0 / float(np.mean(1.0 / self.sd**2))
+            excess = max(variance / stated, 1.0)
+            variance = stated * (1.0 if excess <= too_much(freedom) else excess)
+        unit_variance = max(
+            variance * engine.tempered, 1e-30 * float(np.mean((self.data.measured * self.data.weight) ** 2))
+        )
+        covariance = solver.covariance(fitted, free) * unit_variance
+        axes = len([place for place in free if place < len(fitted.parameters) - 1])
+        sign, volume = np.linalg.slogdet(2.0 * math.pi * covariance[:axes, :axes] + 1e-300 * np.eye(axes))
+        spectrum = self.model.value(fitted.parameters)
+        films = engine.films(spectrum)
+        logs = engine.log_evidences(spectrum, films)[0]
+        mass = log_sum(logs) + 0.5 * (float(volume) if sign > 0 else 0.0)
+        thickness = [float(value) for value in fitted.parameters[: self.unknown]]
+        for value, (low, high) in zip(thickness, self.bounds, strict=True):
+            mass += math.log(float(prior_density(value, low, high)))
+        # An unknown index is anywhere within 0.5.
+        mass += math.log(2.0) * (axes - self.unknown)
+        deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        reach = student(probability, freedom)
+        intervals = []
+        for place, value in enumerate(thickness):
+            low, high = solver.interval(fitted, free, place, float(reach * deviation[place]), reach**2 * unit_variance)
+            wide = reach * tolerance * value
+            intervals.append((max(value - math.hypot(value - low, wide), 0.0), value + math.hypot(high - value, wide)))
+        deviations = tuple(math.hypot(float(d), tolerance * h) for d, h in zip(deviation, thickness, strict=False))
+        index: dict[int, dict[str, float]] = {}
+        at = self.unknown
+        for place, model in zip(self.problem.unknown, self.problem.index, strict=True):
+            if model is None:
+                continue
+            entry: dict[str, float] = {}
+            for name in ["n"] if model == "constant" else ["A", "B_um2"]:
+                entry[name], entry[f"{name}_sd"] = float(fitted.parameters[at]), float(deviation[at])
+                at += 1
+            index[place + 1] = entry
+        at_end = any(
+            value <= low * (1.0 + 1e-9) or value >= high * (1.0 - 1e-9)
+            for value, (low, high) in zip(thickness, self.bounds, strict=True)
+        )
+        best = films.rows[int(logs.argmax())]
+        lone = self.unknown == 1
+        told = self._told(
+            engine,
+            fitted.parameters,
+            best,
+            thickness[0] if lone else tuple(thickness),
+            intervals[0] if lone else tuple(intervals),
+            deviations[0] if lone else deviations,
+            index,
+        )
+        return told, mass, at_end
+
+    def _told(
+        self, engine: Engine, parameters: Floats, row: Floats, thickness: Any, interval: Any, sd: Any, index: Any
+    ) -> Solution:
+        spectrum = self.model.value(parameters)
+        response, stray = engine.explain(spectrum, row)
+        fitted = response * spectrum + stray
+        residual = self.data.measured - fitted
+        x = self.data.x
+        bent = row[3] > 0.0
+        gains = np.polynomial.polynomial.polyfit(x, response, 2) if bent else [float(response[0]), 0.0, 0.0]
+        baseline = () if row[4] == 0.0 else np.polynomial.polynomial.polyfit(x, stray, 2 if bent else 0)
+        freedom = max(self.data.wavelength_nm.size - 1 - self.data.linear_count, 1)
+        left = residual * self.data.weight
+        return Solution(
+            thickness,
+            interval,
+            sd,
+            float(np.sqrt(np.mean(residual**2))),
+            float(left @ left / freedom / scatter(left) ** 2),
+            1.0,
+            *(float(value) for value in gains),
+            tuple(float(value) for value in baseline),
+            float(np.sqrt(parameters[-1]) * FWHM),
+            index,
+            self.data.wavelength_nm,
+            fitted,
+            float(row[5]),
+        )
+
+    # --- answer
+
+    def _answer(self, engine: Engine, solved: list[tuple[Solution, float, bool]], probability: float) -> FitResult:
+        bare = None
+        if self.unknown == 1:
+            zero = self.problem.with_thickness([0.0])
+            bare = np.asarray(
+                getattr(zero, self.problem.quantity)(
+                    self.data.wavelength_nm, self.problem.angle_deg, self.problem.polarization
+                )
+            )
+        none, other = engine.without_film(bare)
+        solved = _apart(sorted(solved, key=lambda one: -one[1]))
+        logs = np.array(
+            [
+                math.log(PRIOR_NONE) + none,
+                math.log(PRIOR_OTHER) + other,
+                *(math.log(PRIOR_FILM) + one[1] for one in solved),
+            ]
+        )
+        shares = np.exp(logs - log_sum(logs))
+        best = max((one for one in shares[2:]), default=0.0)
+        solutions = tuple(
+            replace(one[0], weight=float(share))
+            for one, share in zip(solved, shares[2:], strict=True)
+            if share >= _LEAST_LIKELY * best
+        )
+        rest = float(shares[2:].sum()) - sum(one.weight for one in solutions)
+        verdict = self._verdict(solutions, float(shares[0]), float(shares[1]), solved)
+        self._remarks(solutions, verdict)
+        noise = float(1.0 / np.sqrt(np.mean(1.0 / engine.of.sd**2)))
+        return FitResult(
+            solutions,
+            self.data.wavelength_nm,
+            self.data.measured,
+            self.data.weight,
+            noise,
+            probability,
+            describe(self.problem),
+            tuple(self.notes),
+            verdict,
+            float(shares[0]),
+            float(shares[1]) + rest,
+        )
+
+    def _verdict(
+        self, solutions: tuple[Solution, ...], none: float, other: float, solved: list[tuple[Solution, float, bool]]
+    ) -> str:
+        if none > 0.5 or not solutions:
+            return "none"
+        best = solutions[0]
+        if other > 0.5 or best.kappa >= _WORST_KAPPA or solved[0][2]:
+            return "doubtful"
+        # A lamp that bends can make one fringe out of nothing: below, and just above, the response has to be known.
+        lamp = self.light.gain is None and max(abs(best.gain_slope), abs(best.gain_bend)) > 0.0
+        if lamp and self._fringes(best) < _FRINGES_OF_A_LAMP:
+            return "ambiguous"
+        return "clear" if self._order_share(solutions) > _CLEAR else "ambiguous"
+
+    def _fringes(self, one: Solution) -> float:
+        """How many fringes a solution has over the spectrum, of all unknown layers together."""
+        thickness = np.atleast_1d(np.asarray(one.thickness_nm, dtype=float))
+        nm = self.data.wavelength_nm
+        turns = [np.ptp(round_trip_rate(self.problem, nm, which)) for which in range(thickness.size)]
+        return float(thickness @ np.array(turns) / (2.0 * np.pi))
+
+    def _order_share(self, solutions: tuple[Solution, ...]) -> float:
+        """Probability of the best solution's order: of all within a quarter of a wave."""
+        if not self.single:
+            return solutions[0].weight
+        middle = float(np.median(self.data.wavelength_nm))
+        medium = self.problem.stack.layers[self.problem.unknown[0]].medium
+        quarter = middle / (4.0 * max(float(np.real(medium.index(middle, extrapolate="hold"))), 1.0))
+        best = solutions[0].thickness_nm
+        # Below a quarter wave films differ in kind, not in order: a tenth of them is as near as "near" gets.
+        near = min(quarter, 0.25 * best + 3.0)
+        return sum(one.weight for one in solutions if abs(one.thickness_nm - best) <= near)
+
+    def _remarks(self, solutions: tuple[Solution, ...], verdict: str) -> None:
+        if verdict == "none":
+            self.notes.append(
+                "no film is the likeliest explanation: there are no fringes that a lamp or the bare base could not make"
+                + ("" if self.light.gain is not None else "; thin films need a known gain (gain=1.0), or a reference")
+            )
+        if not solutions:
+            return
+        best = solutions[0]
+        for place, (low, high) in enumerate(self.bounds):
+            interval = best.interval_nm if self.unknown == 1 else best.interval_nm[place]
+            if interval[0] <= low or interval[1] >= high:
+                self.notes.append(
+                    f"the interval of layer {self.problem.unknown[place] + 1} reaches an end of thickness_range_nm "
+                    f"({low:g} to {high:g} nm)" + ("" if self.light.gain else "; a known gain tells thin films apart")
+                )
+        if self.line is None and best.resolution_nm >= 0.999 * WIDEST_LINE_NM:
+            self.notes.append(
+                f"the fringes are paler than even a line of {WIDEST_LINE_NM:g} nm makes them: uneven film, or another stack"
+            )
+        bend = max(abs(best.gain_slope), abs(best.gain_bend))
+        if self.light.gain is None and not self.light.bent and bend > 0.02 * best.gain:
+            self.notes.append(
+                "an even gain does not fit; it was taken as a smooth curve, and stray light too (a drifting lamp, counts that "
+                "were not divided by it)"
+            )
+        if best.kappa > 1.0:
+            self.notes.append(
+                f"the best curve misses the data by about {best.kappa:g} times the noise: the index, the wavelengths or "
+                "another stack"
+            )
+        spread = float(np.std(self.data.measured))
+        if float(np.std(self.data.measured - best.fitted)) > 0.7 * spread:
+            self.notes.append("the model explains less than half of what varies: doubt the stack or the data")
+
+
+def _apart(solved: list[tuple[Solution, float, bool]]) -> list[tuple[Solution, float, bool]]:
+    """Peaks that lie within the interval of a likelier one are that one, reached from another side."""
+    kept: list[tuple[Solution, float, bool]] = []
+    for one in solved:
+        if not any(_within(one[0], better[0]) for better in kept):
+            kept.append(one)
+    return kept
+
+
+def _within(one: Solution, other: Solution) -> bool:
+    if isinstance(other.thickness_nm, float):
+        near = other.interval_nm[0] <= one.thickness_nm <= other.interval_nm[1]
+    else:
+        near = all(low <= value <= high for value, (low, high) in zip(one.thickness_nm, other.interval_nm, strict=True))
+    return bool(near or np.abs(np.subtract(one.thickness_nm, other.thickness_nm)).max() < 3.0 * np.max(other.sd_nm))
+
+
+def scaled(result: FitResult, scale: float) -> FitResult:
+    """The result in the measurement's own unit."""
+    if scale == 1.0:
+        return result
+    solutions = tuple(
+        replace(
+            one,
+            misfit=one.misfit * scale,
+            gain=one.gain * scale,
+            gain_slope=one.gain_slope * scale,
+            gain_bend=one.gain_bend * scale,
+            baseline=tuple(value * scale for value in one.baseline),
+            fitted=one.fitted * scale,
+        )
+        for one in result
+    )
+    return replace(result, solutions=solutions, measured=result.measured * scale, noise=result.noise * scale)

@@ -1,0 +1,359 @@
+"""How likely each explanation of a spectrum is: films, no film, something else. Internal.
+
+Whatever enters linearly (gain, the course of the lamp, stray light) is integrated out by the core
+(`crates/inverse/src/evidence.rs`); how strongly these may bend, how large the gain and how understated the noise are is summed
+over, each with its prior, never chosen. What neighbouring channels share counts once (`temper`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from iridesce import _core
+from iridesce.arguments.operands import Floats
+
+# How far along the wavelengths a lamp, a mirror or a detector keeps its size (nm), and by how much it changes.
+LENGTHS_NM = (20.0, 50.0, 120.0)
+BENDS = (0.05, 0.3)
+# What is neither film nor lamp: curves finer than any lamp.
+_OTHER_LENGTHS_NM = (5.0, 10.0)
+_OTHER_BENDS = (0.1, 0.4)
+KAPPAS = (1.0, 3.0, 10.0)
+# Stray light, of the mean reflectance or transmittance of the stack over all its thicknesses.
+_STRAYS = (0.05, 0.5)
+_FREE_LEVEL = 0.3
+# An unknown gain is known to a factor of 3 from the size of the data: sd of its logarithm.
+_GAIN_SD = 0.5 * math.log(10.0)
+_GAIN_STEP = 10.0**0.25
+# A reference is as good as this: sd of its level, and of its course along the wavelengths.
+_REFERENCED = 0.03
+# A gain that the user states as a number holds at every wavelength, with this probability; else it bends like a reference.
+_STATED = 0.95
+PRIOR_FILM, PRIOR_NONE, PRIOR_OTHER = 0.9, 0.0999, 0.0001
+# Films of 50 nm and of 100 nm are as probable as such of 1000 and of 2050: prior density 1 / (h + 50 nm).
+_PRIOR_NM = 50.0
+
+
+@dataclass(frozen=True)
+class Light:
+    """What is known of gain, lamp and stray light."""
+
+    gain: float | None
+    """Known gain, or None."""
+    exact: bool
+    """A known gain holds at every wavelength (but for a tolerance that costs evidence); else it bends like a reference."""
+    bent: bool
+    """The user says that the gain changes along the wavelengths."""
+    stray: bool
+    """Whether there can be stray light."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What was measured, in the order of the wavelengths."""
+
+    wavelength_nm: Floats
+    measured: Floats
+    sd: Floats
+    mean: float
+    """Mean reflectance or transmittance of the stack over thickness and wavelength: what gains are measured by."""
+
+
+@dataclass(frozen=True)
+class Explanations:
+    """Nuisances, one a row, and the logarithm of the prior of each."""
+
+    rows: Floats
+    log_prior: Floats
+
+    def only(self, places: Floats) -> Explanations:
+        return Explanations(self.rows[places], self.log_prior[places])
+
+
+def temper(residual: Floats) -> float:
+    """By how much the independent channels are fewer, for residuals in units of the noise.
+
+    1 + 2 sum (1 - k/N) rho_k, pairs of lags summed while positive: sums of two neighbouring lags are positive, so the first
+    that is not ends it (C. J. Geyer, Statist. Sci. 7, 473 (1992)).
+    """
+    left = residual - residual.mean()
+    size = float(left @ left)
+    count = left.size
+    if size <= 0.0 or count < 8:
+        return 1.0
+    total = 0.0
+    for lag in range(1, count // 3, 2):
+        pair = float(left[lag:] @ left[:-lag] + left[lag + 1 :] @ left[: -lag - 1]) / size
+        # By chance a sum of two correlations reaches 2 sqrt(2 / N).
+        if pair <= 2.0 * math.sqrt(2.0 / count):
+            break
+        total += pair
+    # What hangs together far below the noise is rounding, and no noise.
+    return max(1.0, (1.0 + 2.0 * total) * min(size / count, 1.0))
+
+
+def log_sum(values: Floats) -> float:
+    """log sum exp."""
+    top = float(np.max(values, initial=-np.inf))
+    return -math.inf if not math.isfinite(top) else top + math.log(float(np.exp(values - top).sum()))
+
+
+class Engine:
+    """Evidence of one measured spectrum."""
+
+    def __init__(self, measured: Measured, light: Light) -> None:
+        self.of, self.light = measured, light
+        self.tempered = 1.0
+        self.lengths = [*LENGTHS_NM, *_OTHER_LENGTHS_NM]
+        nm = measured.wavelength_nm
+        # Curves whose length is below two channels are noise.
+        self.fine = [length for length in _OTHER_LENGTHS_NM if length > 2.0 * float(np.median(np.diff(nm)))]
+
+    def log_evidences(self, spectra: Floats, explanations: Explanations) -> Floats:
+        """Tempered log of evidence times prior, (spectra, explanations)."""
+        of = self.of
+        lengths, rows = self._needed(explanations.rows)
+        spectra = np.ascontiguousarray(np.atleast_2d(spectra))
+        found = _core.inverse_evidence(of.wavelength_nm, of.measured, of.sd, spectra, lengths, rows)
+        return np.asarray(found / self.tempered + explanations.log_prior)
+
+    def explain(self, spectrum: Floats, row: Floats) -> tuple[Floats, Floats]:
+        """Response and stray light under one nuisance."""
+        of = self.of
+        lengths, rows = self._needed(np.atleast_2d(row))
+        spectrum = np.ascontiguousarray(spectrum)
+        return _core.inverse_explain(of.wavelength_nm, of.measured, of.sd, spectrum, lengths, rows)
+
+    def _needed(self, rows: Floats) -> tuple[list[float], Floats]:
+        """The lengths that these nuisances use, and the nuisances counting among them: curves cost time to make."""
+        used, place = np.unique(rows[:, 0].astype(int), return_inverse=True)
+        return [self.lengths[one] for one in used], np.ascontiguousarray(
+            np.column_stack([place.reshape(-1), rows[:, 1:]])
+        )
+
+    def films(self, spectrum: Floats) -> Explanations:
+        """What may lie between a film of this spectrum and the data."""
+        gains = self._gains(spectrum)
+        bends: list[tuple[int, float, float]] = []
+        shapes = [(place, bend) for place in range(len(LENGTHS_NM)) for bend in self._bends()]
+        even = 0.0 if self.light.bent else _STATED if self.light.gain is not None and self.light.exact else 0.5
+        if even > 0.0:
+            bends.append((0, 0.0, even))
+        bends += [(place, bend, (1.0 - even) / len(shapes)) for place, bend in shapes]
+        rows, priors = [], []
+        for gain, gain_prior in gains:
+            for place, bend, bend_prior in bends:
+                exact = self.light.gain is not None and self.light.exact and bend == 0.0
+                level = 0.0 if exact else _FREE_LEVEL if self.light.gain is None else _REFERENCED
+                strays = [size * self.of.mean for size in _STRAYS] if self.light.stray else [0.0]
+                for stray in strays:
+                    for kappa in KAPPAS:
+                        rows.append((place, gain, level, bend, stray, kappa))
+                        priors.append(gain_prior + math.log(bend_prior / len(strays) / len(KAPPAS)))
+        return Explanations(np.array(rows), np.array(priors))
+
+    def quick(self, spectrum: Floats) -> Explanations:
+        """Few of `films`, enough to tell which are worth a closer look."""
+        every = self.films(spectrum)
+        curves, bend, stray = every.rows[:, 0], every.rows[:, 3], every.rows[:, 4]
+        flat = (bend == 0.0) | (self.light.gain is not None)
+        few = flat | ((bend == bend.max()) & (curves < 2) & (stray == stray.max()))
+        return every.only(np.flatnonzero(few))
+
+    def scan(self) -> Explanations:
+        """One kind of lamp, that bends as lamps may, with gains that are usual: for a look at very many films."""
+        typical = self._typical()
+        gains = (
+            [self.light.gain] if self.light.gain is not None else [typical * _GAIN_STEP**step for step in range(-2, 3)]
+        )
+        level = _FREE_LEVEL if self.light.gain is None else _REFERENCED
+        stray = _STRAYS[-1] * self.of.mean if self.light.stray else 0.0
+        return _even([(0, gain, level, self._bends()[-1], stray, 3.0) for gain in gains])
+
+    def _typical(self) -> float:
+        """The gain that data of this size have on a film of mean reflectance."""
+        weight = 1.0 / self.of.sd**2
+        return max(float(weight @ np.abs(self.of.measured) / weight.sum()) / max(self.of.mean, 1e-12), 1e-300)
+
+    def _bends(self) -> tuple[float, ...]:
+        return BENDS if self.light.gain is None else (_REFERENCED,)
+
+    def _gains(self, spectrum: Floats) -> list[tuple[float, float]]:
+        """Gains worth a look, with the logarithm of their prior: steps of 10^(1/4) near what the data want of this film."""
+        if self.light.gain is not None:
+            return [(self.light.gain, 0.0)]
+        of = self.of
+        weight = 1.0 / of.sd**2
+        typical = self._typical()
+        r = spectrum - weight @ spectrum / weight.sum()
+        y = of.measured - weight @ of.measured / weight.sum()
+        spread = float((weight * r) @ r)
+        level = float(weight @ of.measured) / max(float(weight @ spectrum), 1e-300)
+        wanted = [level] + ([float((weight * r) @ y) / spread] if spread > 0.0 else [])
+        places = set()
+        for gain in wanted:
+            if gain > 0.0 and math.isfinite(gain):
+                step = round(math.log(gain / typical) / math.log(_GAIN_STEP))
+                places |= {step - 1, step, step + 1}
+        places = {place for place in places if abs(place) <= 16} or {0}
+        total = _GAIN_SD * math.sqrt(2.0 * math.pi) / math.log(_GAIN_STEP)
+        return [
+            (typical * _GAIN_STEP**place, -0.5 * (place * math.log(_GAIN_STEP) / _GAIN_SD) ** 2 - math.log(total))
+            for place in sorted(places)
+        ]
+
+    def without_film(self, bare: Floats | None) -> tuple[float, float]:
+        """Tempered log evidence of no film (a lamp, or the bare base) and of something else, priors of all three apart."""
+        of = self.of
+        ones = np.ones_like(of.measured)
+        level = abs(float(of.measured.mean())) or 1e-300
+        sizes = [level * _GAIN_STEP**step for step in (-2, -1, 0, 1, 2)]
+        none: list[tuple[float, ...]] = []
+        for size in sizes:
+            for bend in self._bends():
+                none += [
+                    (place, size, _FREE_LEVEL, bend, 0.0, kappa) for place in range(len(LENGTHS_NM)) for kappa in KAPPAS
+                ]
+            none += [(0, size, _FREE_LEVEL, 0.0, 0.0, kappa) for kappa in KAPPAS]
+        lamp = self.log_evidences(ones, _even(none))
+        found = [log_sum(lamp[0])]
+        if bare is not None and float(np.max(bare)) > 1e-6:
+            found.append(log_sum(self.log_evidences(bare, self.films(bare))[0]))
+        other = []
+        for size in (level / _GAIN_STEP, level, level * _GAIN_STEP):
+            for length in self.fine:
+                place = self.lengths.index(length)
+                other += [(place, size, _FREE_LEVEL, bend, 0.0, kappa) for bend in _OTHER_BENDS for kappa in (1.0, 3.0)]
+        rest = log_sum(self.log_evidences(ones, _even(other))[0]) if other else -math.inf
+        return log_sum(np.array(found)) - math.log(len(found)), rest
+
+
+def _even(rows: list[tuple[float, ...]]) -> Explanations:
+    return Explanations(np.array(rows), np.full(len(rows), -math.log(len(rows))))
+
+
+def prior_density(thickness_nm: Floats | float, low: float, high: float) -> Floats:
+    """Prior probability a nm: flat in log(h + 50 nm)."""
+    span = math.log((high + _PRIOR_NM) / (low + _PRIOR_NM))
+    return np.asarray(1.0 / ((np.asarray(thickness_nm) + _PRIOR_NM) * span))
+
+
+@dataclass(frozen=True)
+class Peak:
+    """One thickness (or order) and what the data say of it."""
+
+    thickness_nm: float
+    log_mass: float
+    """Logarithm of evidence times prior, summed over the peak and all nuisances; the prior of a film at all is apart."""
+    grid_nm: Floats
+    density: Floats
+    """Probability density on the grid, of integral 1."""
+    best: Floats
+    """The nuisance that explains it best."""
+    at_end: bool
+
+    @property
+    def sd_nm(self) -> float:
+        """Standard deviation."""
+        mean = float(np.trapezoid(self.grid_nm * self.density, self.grid_nm))
+        return math.sqrt(max(float(np.trapezoid((self.grid_nm - mean) ** 2 * self.density, self.grid_nm)), 0.0))
+
+    def quantiles(self, probability: float) -> tuple[float, float]:
+        """The interval that leaves as much out on either side."""
+        steps = np.diff(self.grid_nm)
+        rising = np.r_[0.0, np.cumsum(0.5 * steps * (self.density[1:] + self.density[:-1]))]
+        rising /= rising[-1]
+        out = 0.5 * (1.0 - probability)
+        low, high = np.interp([out, 1.0 - out], rising, self.grid_nm)
+        return float(low), float(high)
+
+
+_NODES = np.linspace(-4.5, 4.5, 13)
+# Explanations that are so much less likely than the best are left out of the sums: a thousandth of a thousandth.
+_NEGLIGIBLE = 14.0
+
+
+def climb(
+    engine: Engine, row: Callable[[float], Floats], start_nm: float, step_nm: float, bounds: tuple[float, float]
+) -> Peak:
+    """From a thickness to the top of its peak, and its mass there.
+
+    row       the spectrum of a thickness
+    step_nm   about the width of the peak
+    """
+    low, high = bounds
+    h = min(max(start_nm, low), high)
+    explanations = engine.films(row(h))
+    first = engine.log_evidences(row(h), explanations)[0]
+    best = explanations.only(np.array([int(first.argmax())]))
+    step = step_nm
+    for _ in range(12):
+        step = min(max(step, 1e-9 * max(h, 1.0)), 0.25 * (high - low))
+        left, right = max(h - step, low), min(h + step, high)
+        middle = 0.5 * (left + right)
+        half = 0.5 * (right - left)
+        below, at, above = engine.log_evidences(np.array([row(left), row(middle), row(right)]), best)[:, 0]
+        bend = 2.0 * at - below - above
+        if bend > 1e-12:
+            move = min(max(half * (above - below) / (2.0 * bend), -3.0 * half), 3.0 * half)
+            width = half / math.sqrt(bend)
+        else:
+            move, width = (2.0 * half if above > below else -2.0 * half), 2.0 * half
+        moved = min(max(middle + move, low), high)
+        done = abs(moved - h) < 0.1 * width and 0.2 < width / max(half, 1e-300) < 5.0
+        h, step = moved, width
+        if done:
+            break
+    explanations = engine.films(row(h))
+    logs = engine.log_evidences(row(h), explanations)[0]
+    used = explanations.only(np.flatnonzero(logs > logs.max() - _NEGLIGIBLE))
+    width = step
+    for _ in range(6):
+        grid = np.clip(h + width * _NODES, low, high)
+        grid = np.unique(grid)
+        if grid.size < 3:
+            grid = np.linspace(low, high, 13)
+        table = engine.log_evidences(np.array([row(float(one)) for one in grid]), used)
+        total = np.array([log_sum(line) for line in table]) + np.log(prior_density(grid, low, high))
+        top = int(total.argmax())
+        ends = max(total[0] if grid[0] > low else -np.inf, total[-1] if grid[-1] < high else -np.inf)
+        if ends < total.max() - 6.0:
+            break
+        width *= 2.5 if 0 < top < grid.size - 1 else 1.5
+        if not 0 < top < grid.size - 1:
+            h = float(grid[top])
+    return _peak(grid, total, table, used, low, high)
+
+
+def _peak(grid: Floats, total: Floats, table: Floats, used: Explanations, low: float, high: float) -> Peak:
+    fine = np.linspace(grid[0], grid[-1], 257)
+    logs = _cubic(grid, total, fine)
+    density = np.exp(logs - logs.max())
+    area = float(np.trapezoid(density, fine))
+    place = int(density.argmax())
+    at = int(total.argmax())
+    return Peak(
+        float(fine[place]),
+        float(logs.max()) + math.log(max(area, 1e-300)),
+        fine,
+        density / max(area, 1e-300),
+        used.rows[int(table[at].argmax())],
+        bool(place in (0, fine.size - 1) and (fine[place] <= low or fine[place] >= high)),
+    )
+
+
+def _cubic(x: Floats, y: Floats, at: Floats) -> Floats:
+    """Cubic interpolation with slopes of parabolas through three points (Hermite)."""
+    slope = np.gradient(y, x)
+    place = np.clip(np.searchsorted(x, at) - 1, 0, x.size - 2)
+    width = x[place + 1] - x[place]
+    t = (at - x[place]) / width
+    a, b = y[place], y[place + 1]
+    c, d = slope[place] * width, slope[place + 1] * width
+    return np.asarray(
+        a * (1 + 2 * t) * (1 - t) ** 2 + c * t * (1 - t) ** 2 + b * t * t * (3 - 2 * t) + d * t * t * (t - 1)
+    )
