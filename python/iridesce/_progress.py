@@ -1,10 +1,13 @@
-"""How long work is told about: bars on a terminal, a caller's own function. Internal."""
+"""How long work is told about: bars on a terminal or in a notebook, a caller's own function. Internal."""
 
 from __future__ import annotations
 
 import contextlib
 import inspect
+import sys
+import time
 from collections.abc import Callable, Iterator
+from html import escape
 from typing import Any
 
 # What a caller may give as `progress`: a function of (done, total), or of (done, total, stage=...).
@@ -60,11 +63,18 @@ def _takes_stage(function: Callable[..., object]) -> bool:
 
 @contextlib.contextmanager
 def progress_bar(what: str, counted: bool = False) -> Iterator[Callable[..., None]]:
-    """A bar with the time left, on stderr, from the first news on; rich draws none where that is no terminal.
+    """A bar with the time left, from the first news on: in a notebook below its cell, else on stderr where that is a terminal.
 
     counted  tell how many of how many, not the share
     Yields   a function of done, total and, where there are several stages, words for the one at hand
     """
+    show = _notebook_display()
+    with _notebook_bar(what, counted, show) if show is not None else _terminal_bar(what, counted) as advance:
+        yield advance
+
+
+@contextlib.contextmanager
+def _terminal_bar(what: str, counted: bool) -> Iterator[Callable[..., None]]:
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -97,3 +107,57 @@ def progress_bar(what: str, counted: bool = False) -> Iterator[Callable[..., Non
             bar.update(tasks[words], completed=done, total=total)
 
         yield advance
+
+
+def _notebook_display() -> Callable[..., Any] | None:
+    """What shows things below the cell of a notebook that runs this; None elsewhere."""
+    shell = sys.modules.get("IPython")
+    running = shell.get_ipython() if shell is not None else None
+    if running is None or not hasattr(running, "kernel"):
+        return None
+    from IPython.display import display
+
+    return display
+
+
+@contextlib.contextmanager
+def _notebook_bar(what: str, counted: bool, display: Callable[..., Any]) -> Iterator[Callable[..., None]]:
+    start = time.monotonic()
+    handles: list[Any] = []
+
+    def advance(done: float, total: float, words: str = what) -> None:
+        bar = _Html(_bar_html(words, done, total, counted, time.monotonic() - start))
+        if handles:
+            handles[0].update(bar)
+        else:
+            handles.append(display(bar, display_id=True))
+
+    try:
+        yield advance
+    finally:
+        for handle in handles:
+            handle.update(_Html(""))
+
+
+class _Html:
+    def __init__(self, html: str) -> None:
+        self._html = html
+
+    def _repr_html_(self) -> str:
+        return self._html
+
+    def __repr__(self) -> str:
+        return ""
+
+
+def _bar_html(what: str, done: float, total: float, counted: bool, seconds: float) -> str:
+    share = min(done / total, 1.0) if total > 0 else 0.0
+    told = f"{done:g} of {total:g}" if counted else f"{share:.0%}"
+    left = ""
+    if share > 0.0 and seconds > 1.0:
+        remaining = round(seconds * (1.0 - share) / share)
+        left = f", {remaining // 60}:{remaining % 60:02d} left"
+    return (
+        f'<div>{escape(what)} <progress value="{share:.4f}" max="1" style="width:40%;vertical-align:middle"></progress>'
+        f" {told}{left}</div>"
+    )

@@ -173,6 +173,18 @@ def test_readme_opens_with_a_picture_and_its_command() -> None:
     assert any("iridesce render soap-bubble" in line for line in opening)
 
 
+def test_the_readme_names_every_verb_and_scene() -> None:
+    from iridesce.cli.entry import VERBS
+    from iridesce.scene import scene_names
+
+    text = (ROOT / "README.md").read_text()
+    listed = text[text.index("The command line answers `--help`") :].split("\n\n")[0]
+    assert set(re.findall(r"`(\w+)`", listed)) >= set(VERBS), "a verb is missing from the README's list"
+    assert set(re.findall(r"`(\w+)`", listed)) <= set(VERBS) | {"iridesce"}
+    gallery = text + (ROOT / "docs" / "guide" / "gallery.md").read_text()
+    assert [name for name in scene_names() if name not in gallery] == []
+
+
 def test_references_are_whole() -> None:
     text = (ROOT / "docs" / "reference" / "references.bib").read_text()
     keys = re.findall(r"^@\w+\{(\w+),", text, flags=re.M)

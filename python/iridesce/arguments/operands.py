@@ -18,6 +18,7 @@ from iridesce.errors import ResourceError
 
 Floats = npt.NDArray[np.float64]
 
+_MOST_AXES = 32  # of the 64 that numpy has: results add some of their own
 _ALWAYS_FITS = 2**26  # bytes; below this it is not worth asking the system
 
 
@@ -64,6 +65,8 @@ def real_operand(
         raise ValueError(f"{name} must be real numbers, got {_short(value)} of type {array.dtype}")
     if array.size == 0:
         raise ValueError(f"{name} must not be empty, got shape {array.shape}")
+    if array.ndim > _MOST_AXES:
+        raise ValueError(f"{name} must be an array of at most {_MOST_AXES} axes, got {array.ndim} axes")
     shape = array.shape
     # A broadcast view (stride 0) repeats itself: one entry of it is enough, and its full size may fit nowhere.
     cut = tuple(slice(0, 1) if step == 0 else slice(None) for step in array.strides)

@@ -70,7 +70,7 @@ def application() -> Typer:
     app = typer.Typer(
         help="Interference colour: from a film to its spectrum, its colour and its picture.",
         no_args_is_help=True,
-        add_completion=False,
+        add_completion=True,
         pretty_exceptions_enable=False,
         context_settings={"help_option_names": ["-h", "--help"]},
         epilog="Exit codes: " + ", ".join(f"{code} {meaning}" for code, meaning in MEANING.items()) + ".",

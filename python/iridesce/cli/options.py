@@ -18,6 +18,9 @@ SceneArgument = Annotated[
 ]
 StackArgument = Annotated[str, typer.Argument(help=STACK_HELP, show_default=False)]
 AngleOption = Annotated[float, typer.Option("--angle", help="Degrees from the normal in the first medium, 0 to < 90.")]
+AnglesOption = Annotated[
+    str, typer.Option("--angle", help="Degrees from the normal in the first medium, 0 to < 90; several as in 0,45.")
+]
 PolarizationOption = Annotated[str, typer.Option("--polarization", help="s, p or unpolarized.")]
 OutsideOption = Annotated[
     bool, typer.Option("--allow-outside", help="Let the scene name files outside its own folder.")
@@ -26,6 +29,9 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Answer in JSON.")]
 CsvOption = Annotated[bool, typer.Option("--csv", help="Answer in CSV.")]
 TableOption = Annotated[
     Path | None, typer.Option("-o", "--output", help="Write the answer into this file: .csv or .json.")
+]
+SpectrumOption = Annotated[
+    Path | None, typer.Option("-o", "--output", help="Write a table (.csv, .json) or a plot (.png, .pdf, .svg).")
 ]
 IlluminantOption = Annotated[str, typer.Option("--illuminant", help="D65, A, FL2, blackbody:2856, lines:589.158, ...")]
 QuantityOption = Annotated[str, typer.Option("--quantity", help="reflectance, transmittance or absorptance.")]

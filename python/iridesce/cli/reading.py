@@ -59,6 +59,15 @@ def assignment(text: str) -> tuple[str, Any]:
     return key, tree["value"]
 
 
+def angles_in_degrees(text: str) -> list[float]:
+    """``0,45`` as numbers; their range is for the stack to check."""
+    try:
+        return [float(word) for word in text.split(",")]
+    except ValueError:
+        message = f"wanted one angle in degrees or several with commas between, as in 0,45, got {text!r:.60}"
+        raise typer.BadParameter(message, param_hint="--angle") from None
+
+
 def wavelength_grid(start: float, stop: float, step: float) -> Any:
     """Wavelengths from `start` to `stop`, the end included when a whole number of steps leads to it."""
     import math
@@ -87,6 +96,17 @@ def pair(text: str, option: str, unit: str) -> tuple[float, float]:
         return float(first), float(last)
     except ValueError:
         raise typer.BadParameter(f"wanted two numbers in {unit}, as in 0:60, got {text!r}", param_hint=option) from None
+
+
+def ends(
+    range_: str | None, start: float | None, end: float | None, default: tuple[float, float]
+) -> tuple[float, float]:
+    """The range in nm from ``--range A:B``, or from ``--from`` and ``--to``."""
+    if range_ is None:
+        return default[0] if start is None else start, default[1] if end is None else end
+    if start is not None or end is not None:
+        raise typer.BadParameter("--range says it all: leave out --from and --to", param_hint="--range")
+    return pair(range_, "--range", "nm")
 
 
 def load_scene(scene: str, allow_outside: bool) -> Scene:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce import _core
+from iridesce._notebook import rows_html
 from iridesce.arguments.operands import Floats, broadcast_shape, place, real_operand
 from iridesce.arguments.scalars import one_of
 from iridesce.color.films import stack_color
@@ -31,6 +32,21 @@ class ColorUncertainty(NamedTuple):
     value: Floats
     sd: Floats
     covariance: Floats
+
+    def __repr__(self) -> str:
+        if self.value.ndim > 1:
+            return f"<iridesce.ColorUncertainty of shape {self.value.shape}>"
+        shown = ", ".join(f"{value:.6g} +- {sd:.2g}" for value, sd in zip(self.value, self.sd, strict=True))
+        return f"<iridesce.ColorUncertainty {shown}>"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: each colour with its error bars."""
+        values, spreads = self.value.reshape(-1, 3), self.sd.reshape(-1, 3)
+        rows = [
+            [str(number), *(f"{value:.4g} \u00b1 {sd:.2g}" for value, sd in zip(one, spread, strict=True))]
+            for number, (one, spread) in enumerate(zip(values, spreads, strict=True))
+        ]
+        return rows_html(("", "1", "2", "3"), rows, 60)
 
 
 def color_derivatives(

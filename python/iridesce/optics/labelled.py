@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, ParamSpec
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,8 @@ from iridesce.arguments.operands import real_operand
 from iridesce.arguments.scalars import one_of
 from iridesce.optics.layer import Layer
 from iridesce.optics.multilayer import Multilayer
+
+P = ParamSpec("P")
 
 _QUANTITIES = ("reflectance", "transmittance", "absorptance", "psi", "delta")
 _POLARIZATIONS = ("s", "p", "unpolarized")
@@ -24,12 +27,30 @@ _NAMES = {
 }
 
 
+def _also_quantity_first(labelled: Callable[P, Any]) -> Callable[P, Any]:
+    """Takes the order of before, too: quantity, wavelength, angle, polarisation."""
+
+    @functools.wraps(labelled)
+    def either(*args: Any, **named: Any) -> Any:
+        if len(args) > 1 and _are_words(args[1]):
+            stack, quantity, *rest = args
+            return labelled(stack, *rest, quantity=quantity, **named)
+        return labelled(*args, **named)
+
+    return either
+
+
+def _are_words(value: Any) -> bool:
+    return isinstance(value, str) or (isinstance(value, list | tuple) and any(isinstance(word, str) for word in value))
+
+
+@_also_quantity_first
 def to_xarray(
     self: Multilayer,
-    quantity: str | Sequence[str] = "reflectance",
     wavelength_nm: npt.ArrayLike = 550.0,
     angle_deg: npt.ArrayLike = 0.0,
     polarization: str | Sequence[str] = "unpolarized",
+    quantity: str | Sequence[str] = "reflectance",
 ) -> Any:
     """R, T, A, psi or delta as an xarray object: named axes with coordinates, units and the stack in its attributes.
 
@@ -37,16 +58,17 @@ def to_xarray(
     wavelength, angle, polarisation. A layer whose thickness is an array of one axis adds the axis "thickness_nm", or
     "thickness_nm_2" for layer 2 of several; single values become scalar coordinates.
 
-    quantity       "reflectance", "transmittance", "absorptance", "psi", "delta", or several of them
     wavelength_nm  vacuum wavelength, > 0                          () or (n,)
     angle_deg      incidence in the first medium, [0, 90)          () or (m,)
     polarization   "s", "p", "unpolarized", or several of them; psi and delta have no such axis
+    quantity       "reflectance", "transmittance", "absorptance", "psi", "delta", or several of them. It may also stand
+                   first, as it once did
     Returns        xarray.DataArray; an xarray.Dataset for several quantities
     Raises         ImportError where xarray is missing; ValueError as for the quantity, and for arrays with more axes
 
     >>> import iridesce as ir
     >>> film = ir.Stack(["air", ir.Layer("soap", thickness_nm=np.linspace(0.0, 500.0, 6)), "air"])
-    >>> labelled = film.to_xarray("reflectance", [500.0, 600.0], [0.0, 45.0], ["s", "p"])
+    >>> labelled = film.to_xarray([500.0, 600.0], [0.0, 45.0], ["s", "p"])
     >>> labelled.dims, labelled.attrs["units"]
     (('thickness_nm', 'wavelength_nm', 'angle_deg', 'polarization'), '1')
     >>> round(float(labelled.sel(thickness_nm=100.0, wavelength_nm=500.0, angle_deg=0.0, polarization="s")), 6)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from decimal import Decimal, InvalidOperation
 from typing import NamedTuple
 
 EXAMPLE = '"air / soap 320 / air"'
@@ -26,11 +27,41 @@ def parse_items(text: object, open_layers: bool = False) -> list[Item]:
     """
     if not isinstance(text, str):
         raise ValueError(f"a stack as text looks like {EXAMPLE}, got {text!r:.200}")
-    words = [item.split() for item in re.split(r"(?<!\S)/(?!\S)", text)]
+    words = [item.split() for item in _items(text)]
     if len(words) < 2:
         raise ValueError(f'a stack needs two or more items separated by " / ", as in {EXAMPLE}, got {text!r:.200}')
     ends = (1, len(words))
     return [_parse_item(item, number, number in ends, open_layers) for number, item in enumerate(words, start=1)]
+
+
+_UNITS_NM = {"nm": 1.0, "um": 1e3, "\u00b5m": 1e3, "\u03bcm": 1e3, "micron": 1e3, "mm": 1e6, "A": 0.1, "\u00c5": 0.1}
+_LENGTH = re.compile(rf"([-+.\d][-+.\deE]*?)({'|'.join(_UNITS_NM)})?$")
+
+
+def _items(text: str) -> list[str]:
+    """Between slashes with a space beside them; a text without any is divided at every slash (pages of
+    refractiveindex.info have slashes in their names)."""
+    spaced = re.split(r"\s+/\s*|\s*/\s+|^/|/$", text)
+    return spaced if len(spaced) > 1 else text.split("/")
+
+
+def _with_unit(words: list[str]) -> list[str]:
+    """The words of a layer with its thickness as one number in nm: of ``0.32um``, ``320 nm``, ``0.32 um``."""
+    match = _LENGTH.match(words[1]) if len(words) > 1 else None
+    if match is None:
+        return words
+    number, unit = match.groups()
+    rest = words[2:]
+    if unit is None and rest and rest[0] in _UNITS_NM:
+        unit, rest = rest[0], rest[1:]
+    if unit is None:
+        return words
+    try:
+        # Multiplied in decimals: 0.32 um is 320 nm, not 320.00000000000006.
+        nm = float(Decimal(number) * Decimal(str(_UNITS_NM[unit])))
+    except (InvalidOperation, ValueError, OverflowError):
+        return words
+    return [words[0], repr(nm), *rest]
 
 
 def _parse_item(words: list[str], number: int, is_end: bool, open_layers: bool) -> Item:
@@ -44,6 +75,7 @@ def _parse_item(words: list[str], number: int, is_end: bool, open_layers: bool) 
         return Item(where, medium, 0.0, True)
     if open_layers and words[1:] in ([], ["?"], ["incoherent"], ["?", "incoherent"]):
         return Item(where, medium, 0.0, words[-1] != "incoherent", is_open=True)
+    words = _with_unit(words)
     if len(words) < 2:
         raise ValueError(f'{where}: a layer needs its thickness in nm, as in "{words[0]} 320"')
     if words[2:] not in ([], ["incoherent"]):

@@ -116,15 +116,23 @@ def _growing(stack: Stack, layer: int | str | None, missing: int | None) -> int:
     return int(layer) - 1
 
 
+# Letters of a title that stay on a chart of the usual size.
+_LONGEST_NAME = 72
+
+
 def stack_name(stack: Stack, growing: int | None = None) -> str:
-    """A stack in words: ``air / TiO2 50 nm / Ti``."""
+    """A stack in words: ``air / TiO2 50 nm / Ti``; of many layers only their number and thickness."""
     words = [stack.first.name]
     for position, layer in enumerate(stack.layers):
         fixed = position != growing and np.size(layer.thickness_nm) == 1
         words.append(
             f"{layer.medium.name} {float(np.ravel(layer.thickness_nm)[0]):.6g} nm" if fixed else layer.medium.name
         )
-    return " / ".join([*words, stack.last.name])
+    whole = " / ".join([*words, stack.last.name])
+    if len(whole) <= _LONGEST_NAME or len(stack.layers) < 2:
+        return whole
+    total = sum(float(np.max(layer.thickness_nm)) for layer in stack.layers)
+    return f"{stack.first.name} / {len(stack.layers)} layers, {total:.6g} nm / {stack.last.name}"
 
 
 def listed(stacks: Stacks) -> list[tuple[str | None, StackLike]]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from iridesce import _core
+from iridesce._notebook import facts_html
 from iridesce._progress import Told, check_progress, watched
 from iridesce.errors import SceneError
 from iridesce.files.toml import dumps
@@ -167,6 +168,17 @@ class Scene:
         lights = len(tree["light"])
         return f"<iridesce.Scene {width} x {height}, {objects}, {lights} light{'s' if lights != 1 else ''}>"
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the picture's size, each object and each light."""
+        tree = self.to_dict()
+        width, height = tree["camera"]["resolution"]
+        facts = [("picture", f"{width} x {height}, {tree['render']['samples']} samples")]
+        facts += [
+            (f"object {one['name']}", f"{_kind(one['shape'])}, {_kind(one['surface'])}") for one in tree["object"]
+        ]
+        facts += [("light", _light(one)) for one in tree["light"]]
+        return facts_html("iridesce.Scene", facts)
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Scene) and self._identity() == other._identity()
 
@@ -182,6 +194,21 @@ class Scene:
         lights = [light["environment"] for light in self.to_dict()["light"]]
         names_files = any("map" in light or light.get("illuminant", "").lower().endswith(".csv") for light in lights)
         return self.to_json(), self._core.folder if names_files else None
+
+
+def _kind(table: Any) -> str:
+    """``film of soap``, ``sphere``: the one key of a table, and its medium."""
+    if not isinstance(table, dict) or len(table) != 1:
+        return str(table)
+    ((kind, inside),) = table.items()
+    medium = inside.get("medium", inside.get("substrate")) if isinstance(inside, dict) else None
+    return str(kind) if medium is None else f"{kind} of {medium}"
+
+
+def _light(table: dict[str, Any]) -> str:
+    """``environment, builtin studio``: the one key of a light, and its texts."""
+    ((kind, inside),) = table.items()
+    return ", ".join([kind, *(f"{key} {value}" for key, value in inside.items() if isinstance(value, str))])
 
 
 def _restore(text: str, folder: Path | None, file: Path | None, allow_outside: bool) -> Scene:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
+from iridesce._notebook import facts_html
 from iridesce.arguments.scalars import file_name, number, whole
 from iridesce.errors import ResourceError
 from iridesce.thickness.simulation import presets
@@ -172,6 +173,14 @@ class ThicknessModel:
     def __repr__(self) -> str:
         given = {name: value for name, value in self._values.items() if value is not None}
         return f"{self._kind}({', '.join(f'{name}={value!r}' for name, value in given.items())})"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the law, and for one that follows height its thickness from the bottom to the top."""
+        facts = [("law", repr(self))]
+        if self._kind in ("uniform", "gradient"):
+            nm = np.ravel(self.at_height([0.0, 0.25, 0.5, 0.75, 1.0]))
+            facts.append(("at heights 0, 1/4 ... 1", ", ".join(f"{value:.4g}" for value in nm) + " nm"))
+        return facts_html("iridesce.thickness", facts)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, ThicknessModel) and (self._kind, self._values) == (other._kind, other._values)

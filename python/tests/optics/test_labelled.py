@@ -60,11 +60,22 @@ def test_several_layers_and_quantities() -> None:
     assert float(found["delta"].sel(at)) == one.ellipsometry(550.0, 50.0)[1]
 
 
+def test_the_order_of_before_is_understood() -> None:
+    film = ir.Stack(["air", ir.Layer("soap", 320.0), "air"])
+    for now, before in (
+        (film.to_xarray(NM, [0.0, 45.0], "s", "transmittance"), film.to_xarray("transmittance", NM, [0.0, 45.0], "s")),
+        (film.to_xarray(NM, quantity=["psi", "delta"], angle_deg=45.0), film.to_xarray(["psi", "delta"], NM, 45.0)),
+        (film.to_xarray(), film.to_xarray("reflectance")),
+        (film.to_xarray(wavelength_nm=NM, quantity="reflectance"), film.to_xarray("reflectance", wavelength_nm=NM)),
+    ):
+        assert now.identical(before)
+
+
 def test_refusals(monkeypatch: pytest.MonkeyPatch) -> None:
     film = ir.Stack(["air", ir.Layer("soap", 320.0), "air"])
     for arguments, words in (
         (("color",), "quantity"),
-        (([],), "one or more"),
+        (([],), "not be empty"),
         (("reflectance", NM[:, None]), "one axis"),
         (("reflectance", -NM), "wavelength_nm"),
         (("reflectance", NM, 95.0), "angle_deg"),

@@ -591,14 +591,38 @@ def test_stacks_from_text() -> None:
 
 
 @pytest.mark.parametrize(
+    "text",
+    [
+        "air/soap 320/air",
+        "air /soap 320/ air",
+        "air / soap 320nm / air",
+        "air / soap 320 nm / air",
+        "air / soap 0.32um / air",
+        "air/soap 0.32 \u00b5m/air",
+        "air / soap 3200A / air",
+        "air / soap 3.2e-4mm / air",
+    ],
+)
+def test_texts_of_people_mean_what_they_say(text: str) -> None:
+    assert ir.Stack.parse(text) == ir.Stack.parse("air / soap 320 / air")
+
+
+def test_a_slab_in_another_unit_is_incoherent() -> None:
+    assert ir.Stack.parse("air / N-BK7 1mm incoherent / air").layers[0] == ir.Layer("N-BK7", 1e6, coherent=False)
+    assert ir.Stack.parse("air / N-BK7 1 mm incoherent / air").layers[0] == ir.Layer("N-BK7", 1e6, coherent=False)
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
         ("", "two or more items"),
         ("air", "two or more items"),
-        ("air/soap 320/air", "two or more items"),
+        ("air/soap 320//air", "item 3 of the stack is empty"),
         ("air / / air", "item 2 of the stack is empty"),
         ("air / soap / air", "item 2 of the stack, 'soap': a layer needs its thickness in nm"),
-        ("air / soap 320nm / air", "item 2 .*thickness in nm must be a number, got '320nm'"),
+        ("air / soap 320km / air", "item 2 .*thickness in nm must be a number, got '320km'"),
+        ("air / soap 320 km / air", "item 2 .*only \"incoherent\" may follow, got 'km'"),
+        ("air / soap -0.3um / air", "item 2 .*thickness_nm must be >= 0 and finite, got -300.0"),
         ("air / soap -5 / air", "item 2 .*thickness_nm must be >= 0 and finite, got -5.0"),
         ("air / soap nan / air", "item 2 .*thickness_nm must be >= 0 and finite, got nan"),
         ("air / soap 320 thick / air", "item 2 .*only \"incoherent\" may follow, got 'thick'"),

@@ -608,3 +608,16 @@ def test_text_is_text() -> None:
     ax = ir.plot.spectrum({"5 $ a piece $": "air / 1.5", "<b>": "air / 1.6"})
     ax.figure.canvas.draw()
     assert isinstance(drawn(ax, "subtitle")[0], Annotation)
+
+
+def test_a_stack_of_many_layers_has_a_short_title() -> None:
+    layers = [ir.Layer("SiO2" if number % 2 else "TiO2", 100.0) for number in range(20)]
+    axes = ir.plot.spectrum(ir.Stack(["air", *layers, "N-BK7"]))
+    assert axes.get_title(loc="left") == "air / 20 layers, 2000 nm / N-BK7"
+    axes = ir.plot.spectrum([ir.Stack(["air", *layers, "N-BK7"]), ir.Stack(["air", *layers, "Si"])])
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == [
+        "air / 20 layers, 2000 nm / N-BK7",
+        "air / 20 layers, 2000 nm / Si",
+    ]
+    few = ir.plot.spectrum(ir.Stack(["air", *layers[:2], "N-BK7"]))
+    assert few.get_title(loc="left") == "air / TiO2 100 nm / SiO2 100 nm / N-BK7"

@@ -9,7 +9,7 @@ import typer
 
 from iridesce.cli.answers import print_json
 from iridesce.cli.options import (
-    AngleOption,
+    AnglesOption,
     CsvOption,
     IlluminantOption,
     JsonOption,
@@ -17,12 +17,12 @@ from iridesce.cli.options import (
     StackArgument,
     TableOption,
 )
-from iridesce.cli.reading import reading
+from iridesce.cli.reading import angles_in_degrees, reading
 
 
 def verb(
     stack: StackArgument,
-    angle: AngleOption = 0.0,
+    angle: AnglesOption = "0",
     polarization: PolarizationOption = "unpolarized",
     illuminant: IlluminantOption = "D65",
     observer: Annotated[str, typer.Option(help="cie1931 or cie1964.")] = "cie1931",
@@ -41,12 +41,13 @@ def verb(
         rows.check(output)
     import iridesce as ir
 
+    degrees = angles_in_degrees(angle)
     with reading():
         parsed = ir.Stack.parse(stack)
 
-        def in_space(name: str, **options: Any) -> list[float]:
+        def in_space(name: str, degree: float, **options: Any) -> list[float]:
             values = parsed.color(
-                angle_deg=angle,
+                angle_deg=degree,
                 polarization=polarization,
                 illuminant=illuminant,
                 observer=observer,
@@ -56,43 +57,43 @@ def verb(
             )
             return [float(value) for value in values]
 
-        question = {
-            "stack": stack,
-            "angle_deg": angle,
-            "polarization": polarization,
-            "illuminant": illuminant,
-            "observer": observer,
-            "quantity": quantity,
-        }
-        if space is not None:
-            values = in_space(space)
-            table = {name: [value] for name, value in {**question, **_numbered({space: values})}.items()}
-            if output is not None:
-                rows.write(output, table, {})
-                print(output)
-            elif as_csv:
-                print(rows.csv_text(table), end="")
-            elif as_json:
-                print_json({**question, "space": space, "values": values})
-            else:
-                print(" ".join(f"{value:.6g}" for value in values))
-            return
-        answer = {name: in_space(name) for name in ("xyz", "xyy", "lab", "lch")}
-        answer["srgb"] = in_space("srgb", gamut="hue")
-        linear = in_space("linear-srgb")
-    facts = {"hex": _hex(answer["srgb"]), "in_srgb": _in_gamut(linear)}
-    table = {name: [value] for name, value in {**question, **facts, **_numbered(answer)}.items()}
-    if output is not None:
-        rows.write(output, table, {})
-        print(output)
-        return
-    if as_csv:
-        print(rows.csv_text(table), end="")
-        return
-    if as_json:
-        print_json({**question, **answer, **facts})
-        return
-    _print_color(answer, linear)
+        def all_of(degree: float) -> tuple[dict[str, list[float]], list[float]]:
+            answer = {name: in_space(name, degree) for name in ("xyz", "xyy", "lab", "lch")}
+            answer["srgb"] = in_space("srgb", degree, gamut="hue")
+            return answer, in_space("linear-srgb", degree)
+
+        told = [({space: in_space(space, degree)}, []) if space is not None else all_of(degree) for degree in degrees]
+    rest = {"polarization": polarization, "illuminant": illuminant, "observer": observer, "quantity": quantity}
+    questions = [{"stack": stack, "angle_deg": degree, **rest} for degree in degrees]
+    facts: list[dict[str, Any]] = [
+        {} if space is not None else {"hex": _hex(answer["srgb"]), "in_srgb": _in_gamut(linear)}
+        for answer, linear in told
+    ]
+    if output is not None or as_csv:
+        lines = [
+            {**question, **fact, **_numbered(answer)}
+            for question, fact, (answer, _) in zip(questions, facts, told, strict=True)
+        ]
+        table = {name: [line[name] for line in lines] for name in lines[0]}
+        if output is not None:
+            rows.write(output, table, {})
+            print(output)
+        else:
+            print(rows.csv_text(table), end="")
+    elif as_json:
+        answers = [
+            {**question, **({"space": space, "values": answer[space]} if space is not None else answer), **fact}
+            for question, fact, (answer, _) in zip(questions, facts, told, strict=True)
+        ]
+        print_json(answers[0] if len(answers) == 1 else answers)
+    else:
+        for degree, (answer, linear) in zip(degrees, told, strict=True):
+            if space is not None:
+                print(" ".join(f"{value:.6g}" for value in answer[space]))
+                continue
+            if len(degrees) > 1:
+                print(f"{degree:g} degrees")
+            _print_color(answer, linear)
 
 
 def _numbered(colors: dict[str, list[float]]) -> dict[str, float]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from iridesce._progress import progress_bar
+from iridesce.arguments.scalars import whole
 from iridesce.cli.answers import note, print_json
 from iridesce.cli.options import JsonOption
 from iridesce.cli.reading import assignment
@@ -45,6 +46,7 @@ def verb(
     from iridesce import thickness
 
     changes: dict[str, Any] = {key: _real(key, value) for key, value in map(assignment, set_ or [])}
+    columns = _columns(columns, changes)
     if list_:
         _list(preset, seed, columns, changes, as_json)
         return
@@ -130,6 +132,24 @@ def _list(preset: str, seed: int, columns: int | None, changes: dict[str, Any], 
 def _plain(parameters: dict[str, float]) -> dict[str, float | str]:
     """JSON knows no infinity."""
     return {name: value if abs(value) < float("inf") else "inf" for name, value in parameters.items()}
+
+
+def _columns(columns: int | None, changes: dict[str, Any]) -> int | None:
+    """``--set columns=192`` means ``--columns 192``; the other options are no parameters of the film either."""
+    for key, option in (
+        ("seed", "--seed"),
+        ("time_s", "--time"),
+        ("frames_per_second", "--fps"),
+        ("rows", "--columns"),
+    ):
+        if key in changes:
+            raise typer.BadParameter(f"{key} is set by the option {option}", param_hint="--set")
+    given = changes.pop("columns", None)
+    if given is None:
+        return columns
+    if columns is not None and columns != given:
+        raise typer.BadParameter(f"columns={given:g} and --columns {columns} exclude each other", param_hint="--set")
+    return whole("columns", int(given) if given.is_integer() else given, 16, 16384)
 
 
 def _real(key: str, value: Any) -> float:

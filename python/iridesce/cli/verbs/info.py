@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from iridesce.cli.answers import print_json
 from iridesce.cli.options import JsonOption
 
 
-def verb(as_json: JsonOption = False) -> None:
+def verb(
+    full: Annotated[bool, typer.Option("--full", help="Tell the source of every medium, too.")] = False,
+    as_json: JsonOption = False,
+) -> None:
     """Versions, threads, SIMD level, data sources."""
     import importlib.metadata
     import platform
@@ -20,7 +25,7 @@ def verb(as_json: JsonOption = False) -> None:
         "iridesce": _core.__version__,
         "python": platform.python_version(),
         "platform": f"{platform.system()} {platform.machine()}",
-        "threads": _threads(),
+        "threads": _core.threads(),
         "simd": _core.SIMD_LEVEL,
         "libraries": {library: importlib.metadata.version(library) for library in libraries},
         "data": _data_sources(),
@@ -31,19 +36,13 @@ def verb(as_json: JsonOption = False) -> None:
     for key in ("iridesce", "python", "platform", "threads", "simd"):
         print(f"{key:<10} {facts[key]}")
     print(f"{'libraries':<10} " + ", ".join(f"{name} {version}" for name, version in facts["libraries"].items()))
+    data = facts["data"]
+    if not full:
+        print(f"{'data':<10} {len(data) - 2} media; observers and illuminants of the CIE (sources: --full)")
+        return
     print("data")
-    for name, source in facts["data"].items():
+    for name, source in data.items():
         print(f"  {name:<16} {source}")
-
-
-def _threads() -> int:
-    """How many threads work when nobody says otherwise."""
-    import os
-
-    wish = os.environ.get("RAYON_NUM_THREADS", "")
-    if wish.isdecimal() and int(wish) > 0:
-        return int(wish)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _data_sources() -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,6 +25,7 @@ def verb(
         str | None,
         typer.Option("--search", help="Only media, and pages of refractiveindex.info, that hold these words."),
     ] = None,
+    full: Annotated[bool, typer.Option("--full", help="Tell whole sources in the list.")] = False,
     theme: Annotated[str, typer.Option("--theme", help="Of the plot: light or dark.")] = "light",
     size: Annotated[str | None, typer.Option("--size", metavar="WxH", help="Of the plot, in pixels.")] = None,
     as_json: JsonOption = False,
@@ -34,7 +36,7 @@ def verb(
             raise typer.BadParameter(
                 "a plot shows one medium: name it, as in `iridesce media Ti -o ti.png`", param_hint="-o"
             )
-        _list_media(search, as_json)
+        _list_media(search, full, as_json)
         return
     if search is not None:
         raise typer.BadParameter("--search goes through all media: leave out NAME", param_hint="--search")
@@ -55,7 +57,7 @@ def verb(
         print(output)
 
 
-def _list_media(search: str | None, as_json: bool) -> None:
+def _list_media(search: str | None, full: bool, as_json: bool) -> None:
     import iridesce as ir
 
     rows = [_medium_row(ir.Medium(entry)) for entry in ir.media()]
@@ -66,10 +68,21 @@ def _list_media(search: str | None, as_json: bool) -> None:
     if as_json:
         print_json(rows + [{"name": name, "kind": "page", "range_nm": None, "source": title} for name, title in pages])
         return
+    width = None if full else _columns()
     for row in rows:
-        print(f"{row['name']:<12} {_extent(row['range_nm']):<16} {row['source']}")
+        print(_cut(f"{row['name']:<16} {_extent(row['range_nm']):<16} {row['source']}", width))
     for page, title in pages:
-        print(f"{page:<28} {title}")
+        print(_cut(f"{page:<28} {title}", width))
+
+
+def _columns() -> int:
+    """How wide the terminal is; where there is none, as wide as most are."""
+    return shutil.get_terminal_size((100, 24)).columns
+
+
+def _cut(line: str, width: int | None) -> str:
+    """A line that fits the terminal; ``--full`` tells all of it."""
+    return line if width is None or len(line) <= width else f"{line[: max(width - 1, 20)]}\u2026"
 
 
 def _pages(search: str) -> list[tuple[str, str]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -74,5 +74,29 @@ def _summary(image: Image, seconds: float) -> str:
     text = f"{width} x {height} pixels, {metadata['samples']} samples, seed {metadata['seed']}, {seconds:.2f} s"
     share = metadata.get("out_of_gamut")
     if isinstance(share, float) and share > 0.0:
-        text += f"; {100.0 * share:.1f} % of the pixels lie outside sRGB (hue kept in the .png)"
+        pixels = "all pixels" if share == 1.0 else f"{100.0 * share:.1f} % of the pixels"
+        always = ", as monochromatic light always does," if _is_monochromatic(metadata.get("scene")) else ""
+        text += f"; {pixels} lie outside sRGB{always} (hue kept in the .png)"
     return text
+
+
+def _is_monochromatic(tree: Any) -> bool:
+    """Whether all light of a scene is of one narrow line or one close group of lines, as that of sodium."""
+    names = [
+        value
+        for light in (tree or {}).get("light", [])
+        for kind in light.values()
+        if isinstance(kind, dict)
+        for key, value in kind.items()
+        if key in ("illuminant", "map", "builtin") and isinstance(value, str)
+    ]
+    wavelengths: list[float] = []
+    for name in names:
+        kind, colon, lines = name.partition(":")
+        if not colon or kind not in ("lines", "laser"):
+            return False
+        try:
+            wavelengths += [float(line.split("*")[0]) for line in lines.split(",")]
+        except ValueError:
+            return False
+    return bool(wavelengths) and max(wavelengths) - min(wavelengths) <= 5.0

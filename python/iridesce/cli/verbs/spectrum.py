@@ -2,44 +2,72 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from iridesce.cli.answers import print_json
-from iridesce.cli.options import AngleOption, CsvOption, JsonOption, PolarizationOption, StackArgument, TableOption
-from iridesce.cli.reading import reading, wavelength_grid
+from iridesce.cli.options import AnglesOption, CsvOption, JsonOption, PolarizationOption, SpectrumOption, StackArgument
+from iridesce.cli.reading import angles_in_degrees, ends, reading, wavelength_grid
 
 
 def verb(
     stack: StackArgument,
-    angle: AngleOption = 0.0,
+    angle: AnglesOption = "0",
     polarization: PolarizationOption = "unpolarized",
-    from_: Annotated[float, typer.Option("--from", help="First vacuum wavelength, nm.")] = 380.0,
-    to: Annotated[float, typer.Option("--to", help="Last vacuum wavelength, nm.")] = 780.0,
+    range_: Annotated[
+        str | None, typer.Option("--range", metavar="A:B", help="First and last vacuum wavelength, nm.")
+    ] = None,
+    from_: Annotated[
+        float | None, typer.Option("--from", help="First vacuum wavelength, nm (380).", show_default=False)
+    ] = None,
+    to: Annotated[
+        float | None, typer.Option("--to", help="Last vacuum wavelength, nm (780).", show_default=False)
+    ] = None,
     step: Annotated[float, typer.Option("--step", help="Step, nm.")] = 5.0,
     resolution: Annotated[
         float, typer.Option(help="Full width of the instrument's Gaussian line, nm: averages R and T over it.")
     ] = 0.0,
-    output: TableOption = None,
+    output: SpectrumOption = None,
     as_csv: CsvOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Reflectance, transmittance and absorptance of a stack against wavelength, as CSV unless --json says otherwise."""
+    """Reflectance, transmittance and absorptance of a stack against wavelength, as CSV unless --json says otherwise.
+
+    -o FILE writes a table (.csv, .json) or a plot (.png, .pdf, .svg).
+    """
     from iridesce.files import rows
 
     if as_csv and as_json:
         raise typer.BadParameter("--csv and --json exclude each other", param_hint="--csv")
-    if output is not None:
+    plotted = output is not None and output.suffix.lower() in _PLOTS
+    if output is not None and not plotted:
         rows.check(output)
     import iridesce as ir
 
-    wavelength_nm = wavelength_grid(from_, to, step)
+    wavelength_nm = wavelength_grid(*ends(range_, from_, to, (380.0, 780.0)), step)
+    degrees = angles_in_degrees(angle)
+    if plotted and resolution != 0.0:
+        raise typer.BadParameter("a plot shows the stack itself: leave out --resolution", param_hint="--resolution")
     with reading():
         parsed = ir.Stack.parse(stack)
-        columns = {"wavelength_nm": wavelength_nm, **_powers(parsed, wavelength_nm, angle, polarization, resolution)}
+        if plotted and output is not None:
+            _plot_spectrum(parsed, wavelength_nm, degrees, polarization, output)
+            print(output)
+            return
+        columns = {"wavelength_nm": wavelength_nm}
+        for degree in degrees:
+            ending = f"_{degree:g}deg" if len(degrees) > 1 else ""
+            powers = _powers(parsed, wavelength_nm, degree, polarization, resolution)
+            columns |= {f"{name}{ending}": values for name, values in powers.items()}
     lists = {name: [float(value) for value in values] for name, values in columns.items()}
-    question = {"stack": stack, "angle_deg": angle, "polarization": polarization, "resolution_nm": resolution}
+    question = {
+        "stack": stack,
+        "angle_deg": degrees[0] if len(degrees) == 1 else degrees,
+        "polarization": polarization,
+        "resolution_nm": resolution,
+    }
     if output is not None:
         rows.write(output, lists, question)
         print(output)
@@ -47,6 +75,23 @@ def verb(
         print_json({**question, **lists})
     else:
         print(rows.csv_text(lists), end="")
+
+
+_PLOTS = (".png", ".pdf", ".svg")
+
+
+def _plot_spectrum(stack: Any, wavelength_nm: Any, degrees: list[float], polarization: str, output: Path) -> None:
+    from iridesce import plot
+    from iridesce.cli.chart_file import write_chart
+
+    quantities = ["reflectance", "transmittance", "absorptance"] if len(degrees) == 1 else ["reflectance"]
+    write_chart(
+        output,
+        None,
+        lambda ax: plot.spectrum(
+            stack, wavelength_nm, quantity=quantities, angle_deg=degrees, polarization=polarization, ax=ax
+        ),
+    )
 
 
 def _powers(stack: Any, wavelength_nm: Any, angle: float, polarization: str, resolution: float) -> dict[str, Any]:
