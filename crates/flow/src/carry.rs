@@ -4,8 +4,10 @@
 //! two middles next to them: the mean of the departure points would shift each of them by an eighth of a cell's turn
 //! squared. Vectors are turned along the great circle on their way.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::TAU;
 
+use iridesce_numerics::turns::atan2_fast;
+use iridesce_numerics::vector::{along, dot, unit};
 use rayon::prelude::*;
 
 use crate::grid::{Edge, Grid, Kind, PAD, Padded, floor};
@@ -34,62 +36,6 @@ struct Origin {
     row: f64,
     column: f64,
     point: [f64; 3],
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn add(a: [f64; 3], b: [f64; 3], share: f64) -> [f64; 3] {
-    [a[0] + share * b[0], a[1] + share * b[1], a[2] + share * b[2]]
-}
-
-fn unit(a: [f64; 3]) -> [f64; 3] {
-    let scale = 1.0 / dot(a, a).sqrt();
-    [a[0] * scale, a[1] * scale, a[2] * scale]
-}
-
-/// Of the arc tangent: 1, -1/3, 1/5, ... and half of the last.
-const SERIES: [f64; 13] = [
-    1.0,
-    -1.0 / 3.0,
-    1.0 / 5.0,
-    -1.0 / 7.0,
-    1.0 / 9.0,
-    -1.0 / 11.0,
-    1.0 / 13.0,
-    -1.0 / 15.0,
-    1.0 / 17.0,
-    -1.0 / 19.0,
-    1.0 / 21.0,
-    -1.0 / 23.0,
-    0.5 / 25.0,
-];
-
-/// Arc tangent of y / x in all four quadrants, to 2e-11. The library's own is exact, and takes most of the time of a step.
-#[inline]
-fn angle(y: f64, x: f64) -> f64 {
-    let (ax, ay) = (x.abs(), y.abs());
-    let (small, large) = if ax > ay { (ay, ax) } else { (ax, ay) };
-    // tan(a - pi/8) keeps the argument within 0.4142 of zero.
-    const T: f64 = 0.414_213_562_373_095_03;
-    let t = if large > 0.0 { (small - T * large) / (large + T * small) } else { 0.0 };
-    let s = t * t;
-    // The series of the arc tangent: s^11 / 23 at s = 0.1716 is 2e-10 of t, so eleven terms and half the next. Even and
-    // odd terms go side by side, for what one waits for is the other's time.
-    let q = s * s;
-    let (mut even, mut odd) = (SERIES[12], SERIES[11]);
-    for k in (0..6).rev() {
-        even = SERIES[2 * k] + q * even;
-    }
-    for k in (0..5).rev() {
-        odd = SERIES[2 * k + 1] + q * odd;
-    }
-    let sum = even + s * odd;
-    let octant = FRAC_PI_2 / 4.0 + t * sum;
-    let quadrant = if ay > ax { FRAC_PI_2 - octant } else { octant };
-    let half = if x < 0.0 { PI - quadrant } else { quadrant };
-    if y < 0.0 { -half } else { half }
 }
 
 impl Carry {
@@ -196,7 +142,7 @@ impl Carry {
             let mut sum = [0.0; 3];
             for (k, w) in [(0, (1.0 - f) * (1.0 - g)), (1, (1.0 - f) * g), (stride, f * (1.0 - g)), (stride + 1, f * g)]
             {
-                sum = add(sum, corner(k), w);
+                sum = along(sum, corner(k), w);
             }
             sum
         };
@@ -207,10 +153,10 @@ impl Carry {
             for (j, out) in out.iter_mut().enumerate() {
                 let here = velocity[(i + PAD) * stride + PAD + j];
                 let x = grid.place(i, j);
-                let mut middle = unit(add(x, here, -half));
+                let mut middle = unit(along(x, here, -half));
                 for _ in 0..2 {
                     let v = at(&grid.origin(middle));
-                    middle = unit(add(x, v, -half));
+                    middle = unit(along(x, v, -half));
                 }
                 let turn = 2.0 * dot(x, middle);
                 *out = [turn * middle[0] - 2.0 * x[0], turn * middle[1] - 2.0 * x[1], turn * middle[2] - 2.0 * x[2]];
@@ -235,7 +181,7 @@ impl Carry {
                             let (first, second) =
                                 (self.velocity[row(0) * stride + j], self.velocity[row(1) * stride + j]);
                             let reach = (k + 1) as f64;
-                            add(add([0.0; 3], first, 1.0 + reach), second, -reach)
+                            along(along([0.0; 3], first, 1.0 + reach), second, -reach)
                         }
                     };
                 }
@@ -256,7 +202,7 @@ impl Carry {
                 return;
             }
             for (j, out) in out.iter_mut().enumerate() {
-                let origin = grid.origin(add(grid.place(i, j), displacement[i * n + j], 1.0));
+                let origin = grid.origin(along(grid.place(i, j), displacement[i * n + j], 1.0));
                 *out = field.cubic(origin.row - 0.5, origin.column - 0.5);
             }
         });
@@ -295,7 +241,7 @@ impl Carry {
                 let d = [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0, (a[2] + b[2]) / 2.0];
                 let x = grid.place_above(i, j);
                 let ([s, c], [sp, cp]) = (grid.polar_side[i], grid.azimuth[j]);
-                let w = arrived(&grid.origin(unit(add(x, d, 1.0))), x);
+                let w = arrived(&grid.origin(unit(along(x, d, 1.0))), x);
                 *out = dot(w, [c * cp, c * sp, -s]);
             }
         });
@@ -318,7 +264,7 @@ impl Carry {
                     let d = [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0, (a[2] + b[2]) / 2.0];
                     let x = grid.place_right(i, j);
                     let [sp, cp] = grid.azimuth_side[j];
-                    let w = arrived(&grid.origin(unit(add(x, d, 1.0))), x);
+                    let w = arrived(&grid.origin(unit(along(x, d, 1.0))), x);
                     *out = dot(w, [-sp, cp, 0.0]);
                 }
             },
@@ -364,25 +310,10 @@ impl Grid {
     #[inline]
     fn origin(&self, point: [f64; 3]) -> Origin {
         let n = self.columns as f64;
-        let polar = angle((point[0] * point[0] + point[1] * point[1]).sqrt(), point[2]);
-        let (row, column) = (polar * self.radius / self.dy, angle(point[1], point[0]) * (n / TAU));
+        let polar = atan2_fast((point[0] * point[0] + point[1] * point[1]).sqrt(), point[2]);
+        let (row, column) = (polar * self.radius / self.dy, atan2_fast(point[1], point[0]) * (n / TAU));
         let turns = floor(column / n);
         // Rounding could leave the last column's far side.
         Origin { row: row.clamp(0.0, self.rows as f64), column: (column - turns * n).min(n), point }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn angles_agree_with_the_library() {
-        for k in 0..100_000 {
-            let a = TAU * f64::from(k) / 100_000.0 - PI + 1e-9;
-            let r = 1.0 + f64::from(k % 7);
-            assert!((angle(r * a.sin(), r * a.cos()) - a).abs() < 2e-11, "{a}");
-        }
-        assert_eq!(angle(0.0, 0.0), 0.0_f64.max(angle(0.0, 0.0)).min(1.0));
     }
 }

@@ -2,6 +2,8 @@
 
 use std::f64::consts::{LN_2, TAU};
 
+use iridesce_numerics::noise::{SplitMix64, mix64};
+
 use crate::grid::Grid;
 
 /// What a draw is for; each purpose has a sequence of its own.
@@ -15,18 +17,17 @@ pub enum Purpose {
 
 /// A sequence of draws for one event.
 pub struct Draws {
-    state: u64,
+    random: SplitMix64,
 }
 
 impl Draws {
     pub fn new(seed: u64, purpose: Purpose, event: u64) -> Draws {
-        Draws { state: mix(mix(seed ^ (purpose as u64) << 56) ^ event) }
+        Draws { random: SplitMix64::new(mix64(mix64(seed ^ (purpose as u64) << 56) ^ event)).skip() }
     }
 
     /// Above 0 and at most 1.
     pub fn share(&mut self) -> f64 {
-        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        ((mix(self.state) >> 11) as f64 + 1.0) / (1u64 << 53) as f64
+        self.random.above_zero()
     }
 
     /// Of the exponential distribution of mean 1.
@@ -47,14 +48,6 @@ impl Draws {
         let radius = (1.0 - z * z).max(0.0).sqrt();
         [radius * cos, radius * sin, z]
     }
-}
-
-/// The finaliser of SplitMix64.
-fn mix(mut x: u64) -> u64 {
-    x = x.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    x ^ (x >> 31)
 }
 
 /// One plane wave; a sum of many is smooth noise of mean 0 and variance 1, on a sphere without a pole or a grid.

@@ -5,6 +5,8 @@
 //! vector carried along is turned by `2 atan(tan((f' - f) / 2) (cos t - sin t tan((t' - t) / 2)))` (Napier). All of it is
 //! exact; with ways of less than [`LONGEST`] the arcs are short series, so that a row is computed without one branch.
 
+use iridesce_numerics::interpolation::lagrange;
+
 use crate::grid::{PAD, Padded};
 
 /// Points that are traced side by side.
@@ -201,13 +203,6 @@ fn ends(site: &Site, scale: &Scale, ways: [Ways<'_>; 2], first: usize) -> Ends {
         }
     }
     out
-}
-
-/// Weights of four places in a line, those at -1, 0, 1 and 2, at `f` from the second.
-#[inline(always)]
-fn lagrange(f: f64) -> [f64; 4] {
-    let (a, b, c) = (f + 1.0, f - 1.0, f - 2.0);
-    [f * b * c * (-1.0 / 6.0), a * b * c * 0.5, a * f * c * -0.5, a * f * b * (1.0 / 6.0)]
 }
 
 /// Cubic interpolation of a block of points; `shift` is where the first value lies, in rows and columns.

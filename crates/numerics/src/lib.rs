@@ -1,5 +1,22 @@
-//! What every stage computes with, and no physics: numbers, and how long work is watched.
+//! What every stage computes with, and no physics: numbers and vectors of them, and how long work is watched.
+//!
+//! ```text
+//! simd (which instructions) | number (scalar, f64 lanes, f32 lanes) -> turns, complex, interpolation; lanes (storage)
+//! vector, latlong (maps of directions), noise, watch
+//! ```
 
+pub mod complex;
+pub mod interpolation;
+pub mod lanes;
+pub mod latlong;
+pub mod noise;
+pub mod number;
+pub mod simd;
+pub mod turns;
+pub mod vector;
 pub mod watch;
 
+pub use lanes::{Doubles, Lanes, Singles};
+pub use number::{Machine, Number, Precision};
+pub use vector::Vec3;
 pub use watch::{Progress, Stopped, Watch};

@@ -210,7 +210,7 @@ fn stacks() {
 
 #[test]
 fn random_stacks_over_random_broadcasts() {
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     let mut worst = 0.0_f64;
     for _ in 0..400 {
         let problem = random_problem(&mut random);

@@ -1,6 +1,7 @@
 //! Holds a tree against the schema: structure, names and ranges, all that is wrong at once. No map is read and no film
 //! flows.
 
+use iridesce_numerics::vector::length;
 use iridesce_files::quoted;
 
 use crate::error::SceneError;
@@ -13,7 +14,6 @@ use crate::reader::{
     as_number, as_numbers, as_triple, as_whole, join, listed, missing, nearest, no_table, place, suggestion, wrong,
 };
 use crate::schema::{Default, Key, Kind, MAX_LENGTH, MAX_SIDE, Range, THICKNESS, Takes};
-use crate::shape::length;
 use crate::tree::{Node, Value};
 
 /// Most pixels of a picture: 64 GiB of planes. What the machine at hand can hold, the renderer asks.

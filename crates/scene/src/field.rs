@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use iridesce_numerics::vector::{difference, dot, scaled};
 use iridesce_thickness::{FlowField, Gradient, LensGap, ThicknessMap, ThicknessModel, Wedge};
 
 use crate::model::{Shape, Unit};
-use crate::shape::{Chart, difference, dot, scaled};
+use crate::shape::Chart;
 
 /// Height, as a share of a shape's reach, below which it counts as level: what is left is rounding.
 const LEVEL: f64 = 1e-9;

@@ -1,11 +1,12 @@
 //! Objects: their names and shapes.
 
+use iridesce_numerics::vector::{cross, length, scaled};
+
 use crate::context::Reading;
 use crate::error::SceneError;
 use crate::model::{Object, Shape};
 use crate::reader::{Table, wrong};
 use crate::schema;
-use crate::shape::{cross, length, scaled};
 use crate::surfaces::surface;
 use crate::tree::{Node, Value};
 

@@ -2,31 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
+use iridesce_numerics::vector::{cross, difference, dot, length, scaled};
+
 use crate::model::Shape;
 
 /// Sine of the angle to +y below which a normal counts as vertical: the direction that +y has in the surface is then
 /// rounding alone.
 const VERTICAL: f64 = 1e-6;
-
-pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-pub fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
-pub fn scaled(a: [f64; 3], factor: f64) -> [f64; 3] {
-    a.map(|x| x * factor)
-}
-
-pub fn length(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}
 
 impl Shape {
     /// The world y of its lowest and its highest point; `None` for an unbounded shape.

@@ -10,14 +10,15 @@
 //! that of CIE daylight of a temperature chosen by eye, blue above, paler at the horizon, warm around the sun. Below the
 //! horizon lies even, grey ground that mirrors nothing.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::{Arc, LazyLock};
 
+use iridesce_numerics::latlong;
+use iridesce_numerics::vector::dot;
 use iridesce_optics::OpticsError;
 use iridesce_optics::color::{Adaptation, Illuminant, Observer, Space};
 
 use crate::model::{EnvironmentMap, Sun};
-use crate::shape::dot;
 
 const WIDTH: usize = 1024;
 const HEIGHT: usize = 512;
@@ -66,7 +67,7 @@ fn make() -> Result<(Arc<EnvironmentMap>, Sun), OpticsError> {
         for column in 0..WIDTH {
             let direction = towards(row, column);
             let (luminance, tint) = (luminance(direction, sun), tints.at(temperature(direction, sun)));
-            let weight = solid_angle(row);
+            let weight = latlong::solid_angle(row, [WIDTH, HEIGHT]);
             mean += weight / (4.0 * PI) * luminance;
             for channel in 0..3 {
                 let radiance = luminance * tint[channel];
@@ -102,17 +103,9 @@ fn sun_direction() -> [f64; 3] {
     [elevation.cos() * azimuth.sin(), elevation.sin(), -elevation.cos() * azimuth.cos()]
 }
 
-/// The direction of a texel's middle: the middle column looks to -z, columns grow towards +x.
+/// The direction of a texel's middle.
 fn towards(row: usize, column: usize) -> [f64; 3] {
-    let polar = PI * (row as f64 + 0.5) / HEIGHT as f64;
-    let turn = TAU * ((column as f64 + 0.5) / WIDTH as f64 - 0.5);
-    [polar.sin() * turn.sin(), polar.cos(), -polar.sin() * turn.cos()]
-}
-
-/// The solid angle of a texel of a row.
-fn solid_angle(row: usize) -> f64 {
-    let edge = |row: usize| (PI * row as f64 / HEIGHT as f64).cos();
-    TAU / WIDTH as f64 * (edge(row) - edge(row + 1))
+    latlong::direction([column as f64 + 0.5, row as f64 + 0.5], [WIDTH, HEIGHT])
 }
 
 /// Luminance of the sky in a direction above the horizon, to a common factor.
@@ -219,13 +212,13 @@ mod tests {
         for row in 0..HEIGHT {
             for column in 0..WIDTH {
                 let texel = std::array::from_fn(|i| f64::from(map.rgb[3 * (row * WIDTH + column) + i]));
-                let weight = solid_angle(row) * y(texel);
+                let weight = latlong::solid_angle(row, [WIDTH, HEIGHT]) * y(texel);
                 mean += weight / (4.0 * PI);
                 diffuse += weight * towards(row, column)[1].max(0.0);
             }
         }
         assert!((mean - 1.0).abs() < 1e-3, "{mean}");
-        let omega = TAU * (1.0 - f64::cos(sun.angular_radius_deg.to_radians()));
+        let omega = 2.0 * PI * (1.0 - f64::cos(sun.angular_radius_deg.to_radians()));
         let direct = sun.radiance * omega * sun.direction[1];
         assert!((direct / diffuse - 4.0).abs() < 0.01, "{}", direct / diffuse);
         // The ground: albedo times all that falls on it, over pi.

@@ -5,6 +5,8 @@
 
 use std::sync::{Arc, LazyLock};
 
+use iridesce_numerics::vector::dot;
+
 use crate::model::EnvironmentMap;
 
 const WIDTH: usize = 1024;
@@ -35,10 +37,6 @@ fn make() -> EnvironmentMap {
 fn smooth(from: f32, to: f32, x: f32) -> f32 {
     let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
-}
-
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// A flat rectangle of light at distance 1 that faces the bubble.

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use iridesce_numerics::vector::{cross, difference, length};
 use iridesce_optics::{Complex64, Medium};
 
 use crate::check::{Checker, list_of, object_path};
@@ -12,7 +13,6 @@ use crate::model::{Camera, Lens, Object, Origin, Projection, RenderSettings, Sce
 use crate::objects::object;
 use crate::reader::{Table, as_numbers, as_whole, wrong};
 use crate::schema::{self, Default, Takes};
-use crate::shape::{cross, difference, length};
 use crate::tree::{Node, Value};
 
 /// The scene that a tree describes. The error holds every complaint about it.

@@ -1,5 +1,7 @@
 //! A film that has flowed, as a field that is smooth between its cells.
 
+use iridesce_numerics::interpolation::catmull_rom;
+
 use crate::map::ThicknessMap;
 
 /// A film that has flowed, over a whole sphere or a plane that repeats across.
@@ -82,12 +84,6 @@ impl FlowField {
         }
         sum.clamp(0.0, self.max_nm)
     }
-}
-
-/// Weights of the four neighbours of a place a share `f` behind the second of them.
-fn catmull_rom(f: f64) -> [f64; 4] {
-    let (g, h) = (f * f, f * f * f);
-    [0.5 * (-h + 2.0 * g - f), 0.5 * (3.0 * h - 5.0 * g + 2.0), 0.5 * (-3.0 * h + 4.0 * g + f), 0.5 * (h - g)]
 }
 
 #[cfg(test)]

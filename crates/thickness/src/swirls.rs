@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use iridesce_numerics::noise::mix64;
+
 use crate::error::{ThicknessError, check_nm};
 use crate::map::ThicknessMap;
 
@@ -39,17 +41,17 @@ pub fn swirls(min_nm: f64, max_nm: f64, seed: u64) -> Result<Arc<ThicknessMap>, 
 }
 
 fn stirred(u: f64, v: f64, seed: u64) -> f64 {
-    let first = [octaves(u, v, mix(seed ^ 1)), octaves(u, v, mix(seed ^ 2))];
+    let first = [octaves(u, v, mix64(seed ^ 1)), octaves(u, v, mix64(seed ^ 2))];
     let (a, b) = (u + REACH * first[0], v + REACH * first[1]);
-    let second = [octaves(a, b, mix(seed ^ 3)), octaves(a, b, mix(seed ^ 4))];
-    octaves(u + REACH * second[0], v + REACH * second[1], mix(seed ^ 5))
+    let second = [octaves(a, b, mix64(seed ^ 3)), octaves(a, b, mix64(seed ^ 4))];
+    octaves(u + REACH * second[0], v + REACH * second[1], mix64(seed ^ 5))
 }
 
 fn octaves(u: f64, v: f64, seed: u64) -> f64 {
     (0..OCTAVES)
         .map(|octave| {
             let waves = WAVES << octave;
-            gradient_noise(u * waves as f64, v * waves as f64, waves, mix(seed ^ u64::from(octave)))
+            gradient_noise(u * waves as f64, v * waves as f64, waves, mix64(seed ^ u64::from(octave)))
                 / f64::from(1 << octave)
         })
         .sum()
@@ -62,7 +64,7 @@ fn gradient_noise(x: f64, y: f64, waves: i64, seed: u64) -> f64 {
     let (dx, dy) = (x - column, y - row);
     let corner = |i: i64, j: i64| {
         let (i_wrapped, j_wrapped) = ((column as i64 + i).rem_euclid(waves), (row as i64 + j).rem_euclid(waves));
-        let hash = mix(seed ^ (i_wrapped as u64) << 32 ^ j_wrapped as u64);
+        let hash = mix64(seed ^ (i_wrapped as u64) << 32 ^ j_wrapped as u64);
         let (sin, cos) = (hash as f64 / u64::MAX as f64 * std::f64::consts::TAU).sin_cos();
         cos * (dx - i as f64) + sin * (dy - j as f64)
     };
@@ -70,14 +72,6 @@ fn gradient_noise(x: f64, y: f64, waves: i64, seed: u64) -> f64 {
     let between = |a: f64, b: f64, t: f64| a + (b - a) * t;
     let (across, up) = (fade(dx), fade(dy));
     between(between(corner(0, 0), corner(1, 0), across), between(corner(0, 1), corner(1, 1), across), up)
-}
-
-/// A well-mixed 64-bit hash (the finaliser of SplitMix64).
-fn mix(mut x: u64) -> u64 {
-    x = x.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    x ^ (x >> 31)
 }
 
 #[cfg(test)]

@@ -1,17 +1,20 @@
 //! Random numbers for tests.
 
-/// splitmix64 (S. Vigna, public domain): small, seeded, the same everywhere.
-pub struct Random(pub u64);
+use iridesce_numerics::noise::SplitMix64;
+
+/// Small, seeded, the same everywhere.
+pub struct Random(SplitMix64);
 
 #[allow(dead_code, reason = "each test file uses its share")]
 impl Random {
+    /// The sequence of a seed.
+    pub fn new(seed: u64) -> Random {
+        Random(SplitMix64::new(seed))
+    }
+
     /// 64 random bits.
     pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
+        self.0.bits()
     }
 
     /// Uniform in [0, 1).

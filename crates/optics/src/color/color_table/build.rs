@@ -1,5 +1,6 @@
 //! Building a colour table: nodes from exact sums, probes between them, refinement until the error is small enough.
 
+use iridesce_numerics::noise::SplitMix64;
 use std::ops::Range;
 
 use iridesce_numerics::Watch;
@@ -139,17 +140,10 @@ impl ColorTable {
     fn probe(&self, exact: &Exact<'_>, place: Where) -> Result<Probes, OpticsError> {
         let shape = &self.shape;
         let (_, step) = shape.axis();
-        let mut random = 0x9E37_79B9_7F4A_7C15_u64;
-        let mut unit = move || {
-            // splitmix64 (S. Vigna, public domain): the same probes every time.
-            random = random.wrapping_add(0x9E37_79B9_7F4A_7C15);
-            let mut z = random;
-            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-            ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-        };
+        // The same probes every time.
+        let mut random = SplitMix64::new(0).skip();
         // Interpolation errs most in the middle of a cell: the middle half of each.
-        let mut within = || 0.25 + 0.5 * unit();
+        let mut within = || 0.25 + 0.5 * random.unit();
         let angles: Vec<f64> = match place {
             Where::Anywhere if shape.rows == 1 => vec![shape.range_deg[0]],
             Where::Anywhere => (0..shape.rows - 1)
