@@ -3,6 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use iridesce_numerics::Watch;
+use iridesce_optics::color::REC709_LUMINANCE;
 
 use crate::exr::{OpenExr, open_exr};
 use crate::hdr;
@@ -36,7 +37,7 @@ const REC709: [[f32; 2]; 4] = [[0.640, 0.330], [0.300, 0.600], [0.150, 0.060], [
 const CHROMATICITY_SLACK: f32 = 2e-3;
 
 /// Luminance of linear Rec.709 (ITU-R BT.709-6, item 3.2).
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
+const LUMINANCE: [f32; 3] = [REC709_LUMINANCE[0] as f32, REC709_LUMINANCE[1] as f32, REC709_LUMINANCE[2] as f32];
 
 /// The map in a file's bytes, told apart by content; every value is finite and every texel's luminance >= 0. `layer` names the
 /// layer of an OpenEXR file (`part:layer`) where it holds several pictures.

@@ -3,15 +3,22 @@
 
 use fearless_simd::{Simd, f32x16, f64x8, prelude::*};
 
+use crate::number::F64s;
+
 /// Neighbouring numbers that are worked on together, aligned for the widest loads.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
 pub struct Lanes<T, const N: usize>(pub [T; N]);
 
+/// Numbers of double precision in a block.
+pub const DOUBLES: usize = 8;
+/// Numbers of single precision in a block.
+pub const SINGLES: usize = 16;
+
 /// Eight of double precision.
-pub type Doubles = Lanes<f64, 8>;
+pub type Doubles = Lanes<f64, DOUBLES>;
 /// Sixteen of single precision.
-pub type Singles = Lanes<f32, 16>;
+pub type Singles = Lanes<f32, SINGLES>;
 
 impl Doubles {
     /// All zero.
@@ -19,14 +26,14 @@ impl Doubles {
 
     /// The entries from `at` on, as many as the machine's own vector holds.
     #[inline(always)]
-    pub fn load<S: Simd>(&self, simd: S, at: usize) -> S::f64s {
-        S::f64s::from_slice(simd, &self.0[at..at + S::f64s::LEN])
+    pub fn load<S: Simd>(&self, simd: S, at: usize) -> F64s<S> {
+        F64s::from_slice(simd, &self.0[at..at + F64s::<S>::LEN])
     }
 
     /// Writes the entries from `at` on.
     #[inline(always)]
-    pub fn store<S: Simd>(&mut self, at: usize, value: S::f64s) {
-        value.store_slice(&mut self.0[at..at + S::f64s::LEN]);
+    pub fn store<S: Simd>(&mut self, at: usize, value: F64s<S>) {
+        value.store_slice(&mut self.0[at..at + F64s::<S>::LEN]);
     }
 
     /// All eight.
@@ -64,5 +71,5 @@ impl Singles {
 /// A whole array in blocks of sixteen, rounded to single precision; its length must be a multiple of sixteen.
 pub fn blocks(values: impl Iterator<Item = f64>) -> Vec<Singles> {
     let values: Vec<f64> = values.collect();
-    values.chunks(16).map(|chunk| Lanes(std::array::from_fn(|i| chunk[i] as f32))).collect()
+    values.chunks(SINGLES).map(|chunk| Lanes(std::array::from_fn(|i| chunk[i] as f32))).collect()
 }

@@ -17,6 +17,6 @@ pub mod vector;
 pub mod watch;
 
 pub use lanes::{Doubles, Lanes, Singles};
-pub use number::{Machine, Number, Precision};
+pub use number::{F32s, F64s, Number, Precision, Wide};
 pub use vector::Vec3;
 pub use watch::{Progress, Stopped, Watch};

@@ -4,6 +4,7 @@
 //! A formula that is written over [`Number`] is compiled for every instance and every level of SIMD, so that the careful
 //! form, the fast one and the one in single precision cannot drift apart. `crates/optics/tests/instances.rs` compares them.
 
+use std::marker::PhantomData;
 use std::ops::{Add, BitAnd, Div, Mul, Neg, Sub};
 
 use fearless_simd::{ExtractToken, Simd, SimdFloatElement, prelude::*};
@@ -33,6 +34,8 @@ pub trait Number:
     fn max(self, other: Self) -> Self;
     /// The nearest whole number, the even one of two.
     fn round_ties_even(self) -> Self;
+    /// The largest whole number that is not greater.
+    fn floor(self) -> Self;
     /// Its size with the sign of another.
     fn copysign(self, sign: Self) -> Self;
     /// Where it is less.
@@ -114,6 +117,10 @@ impl Number for f64 {
         f64::round_ties_even(self)
     }
     #[inline(always)]
+    fn floor(self) -> f64 {
+        f64::floor(self)
+    }
+    #[inline(always)]
     fn copysign(self, sign: f64) -> f64 {
         f64::copysign(self, sign)
     }
@@ -140,88 +147,170 @@ impl Number for f64 {
     }
 }
 
-/// Vectors of one kind.
-macro_rules! vector {
-    ($vector:ident, $element:ident) => {
-        impl<S: Simd> Number for fearless_simd::$vector<S> {
-            type Precision = $element;
-            type Mask = <Self as SimdBase<S>>::Mask;
+/// A vector as wide as the level `S` has them, as a [`Number`]: `Simd::f64s` and `Simd::f32s` are not known to be any
+/// certain type where `S` is not.
+pub struct Wide<S, V>(pub V, PhantomData<S>);
 
+/// The level's own vector of double precision.
+pub type F64s<S> = Wide<S, <S as Simd>::f64s>;
+/// The level's own vector of single precision.
+pub type F32s<S> = Wide<S, <S as Simd>::f32s>;
+
+impl<S, V: Copy> Clone for Wide<S, V> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S, V: Copy> Copy for Wide<S, V> {}
+
+impl<S: Simd, V: SimdFloat<S>> Wide<S, V> {
+    /// Numbers that go together.
+    pub const LEN: usize = V::LEN;
+
+    #[inline(always)]
+    pub(crate) fn new(vector: V) -> Self {
+        Wide(vector, PhantomData)
+    }
+
+    /// The same value in every lane.
+    #[inline(always)]
+    pub fn splat(simd: S, value: V::Element) -> Self {
+        Wide::new(V::simd_from(simd, value))
+    }
+
+    /// The first entries of a slice, which must hold as many.
+    #[inline(always)]
+    pub fn from_slice(simd: S, slice: &[V::Element]) -> Self {
+        Wide::new(V::from_slice(simd, slice))
+    }
+
+    /// Writes to the first entries of a slice, which must hold as many.
+    #[inline(always)]
+    pub fn store_slice(self, slice: &mut [V::Element]) {
+        self.0.store_slice(slice);
+    }
+}
+
+/// Operators of [`Wide`], between vectors and with a constant.
+macro_rules! operator {
+    ($operator:ident, $method:ident) => {
+        impl<S: Simd, V: SimdFloat<S>> $operator for Wide<S, V> {
+            type Output = Self;
             #[inline(always)]
-            fn like(self, value: f64) -> Self {
-                Self::simd_from(self.token(), $element::of(value))
+            fn $method(self, other: Self) -> Self {
+                Wide::new(self.0.$method(other.0))
             }
+        }
+
+        impl<S: Simd, V: SimdFloat<S>> $operator<f64> for Wide<S, V>
+        where
+            V::Element: Precision,
+        {
+            type Output = Self;
             #[inline(always)]
-            fn mul_add(self, a: Self, b: Self) -> Self {
-                SimdFloat::<S>::mul_add(self, a, b)
-            }
-            #[inline(always)]
-            fn mul_sub(self, a: Self, b: Self) -> Self {
-                SimdFloat::<S>::mul_sub(self, a, b)
-            }
-            #[inline(always)]
-            fn sqrt(self) -> Self {
-                SimdFloat::<S>::sqrt(self)
-            }
-            #[inline(always)]
-            fn abs(self) -> Self {
-                SimdBase::<S>::abs(self)
-            }
-            #[inline(always)]
-            fn min(self, other: Self) -> Self {
-                SimdBase::<S>::min(self, other)
-            }
-            #[inline(always)]
-            fn max(self, other: Self) -> Self {
-                SimdBase::<S>::max(self, other)
-            }
-            #[inline(always)]
-            fn round_ties_even(self) -> Self {
-                SimdFloat::<S>::round_ties_even(self)
-            }
-            #[inline(always)]
-            fn copysign(self, sign: Self) -> Self {
-                SimdFloat::<S>::copysign(self, sign)
-            }
-            #[inline(always)]
-            fn lt(self, other: Self) -> Self::Mask {
-                self.simd_lt(other)
-            }
-            #[inline(always)]
-            fn gt(self, other: Self) -> Self::Mask {
-                self.simd_gt(other)
-            }
-            #[inline(always)]
-            fn ge(self, other: Self) -> Self::Mask {
-                self.simd_ge(other)
-            }
-            #[inline(always)]
-            fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
-                Select::select(mask, yes, no)
-            }
-            #[inline(always)]
-            fn power_of_two(self) -> Self {
-                let (bias, digits) = $element::EXPONENT;
-                Self::from_bits((self.plus($element::ROUND + bias)).to_bits() << digits)
+            fn $method(self, other: f64) -> Self {
+                Wide::new(self.0.$method(V::Element::of(other)))
             }
         }
     };
 }
 
-vector!(f32x4, f32);
-vector!(f32x8, f32);
-vector!(f32x16, f32);
-vector!(f64x2, f64);
-vector!(f64x4, f64);
-vector!(f64x8, f64);
+operator!(Add, add);
+operator!(Sub, sub);
+operator!(Mul, mul);
 
-/// A level of SIMD whose own vectors are [`Number`]s: all are.
-pub trait Machine: Simd<f64s: Number<Precision = f64>, f32s: Number<Precision = f32>> {}
-
-impl<S> Machine for S
-where
-    S: Simd,
-    S::f64s: Number<Precision = f64>,
-    S::f32s: Number<Precision = f32>,
-{
+impl<S: Simd, V: SimdFloat<S>> Div for Wide<S, V> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        Wide::new(self.0 / other.0)
+    }
 }
+
+impl<S: Simd, V: SimdFloat<S>> Neg for Wide<S, V> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Wide::new(-self.0)
+    }
+}
+
+/// Makes a kind of vector a [`Number`]: what wraps the library's vector, and how it is had.
+macro_rules! vector {
+    ([$($generics:tt)*] $type:ty, $vector:ty, $wrap:expr, $x:ident => $inner:expr) => {
+        impl<S: Simd, $($generics)*> Number for $type
+        where
+            <$vector as SimdBase<S>>::Element: Precision,
+        {
+            type Precision = <$vector as SimdBase<S>>::Element;
+            type Mask = <$vector as SimdBase<S>>::Mask;
+
+            #[inline(always)]
+            fn like(self, value: f64) -> Self {
+                let $x = self;
+                $wrap(<$vector>::simd_from($inner.token(), Self::Precision::of(value)))
+            }
+            #[inline(always)]
+            fn power_of_two(self) -> Self {
+                let (bias, digits) = Self::Precision::EXPONENT;
+                let $x = self.plus(Self::Precision::ROUND + bias);
+                $wrap(<$vector as SimdFloat<S>>::from_bits(SimdFloat::<S>::to_bits($inner) << digits))
+            }
+            #[inline(always)]
+            fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
+                let $x = yes;
+                let yes = $inner;
+                let $x = no;
+                $wrap(Select::<$vector>::select(mask, yes, $inner))
+            }
+            vector!(@ $vector, $wrap, $x => $inner, SimdFloat: sqrt round_ties_even floor);
+            vector!(@ $vector, $wrap, $x => $inner, SimdBase: abs);
+            vector!(@2 $vector, $wrap, $x => $inner, SimdBase: min max);
+            vector!(@2 $vector, $wrap, $x => $inner, SimdFloat: copysign);
+            vector!(@3 $vector, $wrap, $x => $inner, mul_add mul_sub);
+            vector!(@compare $vector, $x => $inner, lt simd_lt, gt simd_gt, ge simd_ge);
+        }
+    };
+    (@ $vector:ty, $wrap:expr, $x:ident => $inner:expr, $trait:ident: $($method:ident)*) => {$(
+        #[inline(always)]
+        fn $method(self) -> Self {
+            let $x = self;
+            $wrap($trait::<S>::$method($inner))
+        }
+    )*};
+    (@2 $vector:ty, $wrap:expr, $x:ident => $inner:expr, $trait:ident: $($method:ident)*) => {$(
+        #[inline(always)]
+        fn $method(self, other: Self) -> Self {
+            let $x = other;
+            let other = $inner;
+            let $x = self;
+            $wrap($trait::<S>::$method($inner, other))
+        }
+    )*};
+    (@3 $vector:ty, $wrap:expr, $x:ident => $inner:expr, $($method:ident)*) => {$(
+        #[inline(always)]
+        fn $method(self, a: Self, b: Self) -> Self {
+            let $x = a;
+            let a = $inner;
+            let $x = b;
+            let b = $inner;
+            let $x = self;
+            $wrap(SimdFloat::<S>::$method($inner, a, b))
+        }
+    )*};
+    (@compare $vector:ty, $x:ident => $inner:expr, $($method:ident $theirs:ident),*) => {$(
+        #[inline(always)]
+        fn $method(self, other: Self) -> Self::Mask {
+            let $x = other;
+            let other = $inner;
+            let $x = self;
+            SimdBase::<S>::$theirs($inner, other)
+        }
+    )*};
+}
+
+vector!([V: SimdFloat<S>] Wide<S, V>, V, Wide::new, x => x.0);
+vector!([] fearless_simd::f32x16<S>, fearless_simd::f32x16<S>, std::convert::identity, x => x);
+vector!([] fearless_simd::f64x8<S>, fearless_simd::f64x8<S>, std::convert::identity, x => x);

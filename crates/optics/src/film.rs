@@ -1,5 +1,7 @@
 //! The single film in closed form, and the two-beam form of 1991.
 
+pub mod kernel;
+
 use std::f64::consts::TAU;
 
 use crate::fresnel::{Amplitudes, Polarization, between, check_finite_index, check_first, check_last};

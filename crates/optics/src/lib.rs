@@ -11,6 +11,7 @@ pub mod film;
 pub mod fresnel;
 pub mod incidence;
 pub mod medium;
+pub mod mueller;
 pub mod spectrum;
 pub mod stack;
 

@@ -6,6 +6,7 @@
 
 mod derivatives;
 mod fields;
+pub mod layer;
 mod march;
 mod runs;
 mod slabs;

@@ -1,9 +1,9 @@
 //! From a place on the picture to a ray.
 
+use iridesce_numerics::Vec3;
 use iridesce_scene::{Camera, Lens, Projection};
 
 use crate::sampler::Choices;
-use crate::vector::Vec3;
 
 /// A ray; `direction` has length 1.
 #[derive(Debug, Clone, Copy)]

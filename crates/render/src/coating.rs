@@ -1,26 +1,21 @@
 //! Layers on a substrate at one hit: what they reflect and pass at every spectral node. No layers at all is the bare
 //! surface of a medium.
 //!
-//! Fields are marched up from the medium beyond (the same road as the f64 solver in `iridesce_optics::stack`, in single
-//! precision). With q = kz / k0 in a medium and its admittance y (q for s light, q / n^2 for p light), the tangential
-//! fields (A, B) start as (1, y_exit), and a layer of phase delta = k0 q t takes them to
-//!
-//! ```text
-//! A' = cos(delta) A - i sin(delta) / y B,   B' = cos(delta) B - i y sin(delta) A
-//! r = (y_0 A - B) / (y_0 A + B),   t = 2 y_0 / (y_0 A + B)
-//! ```
-//!
-//! Each layer is scaled by exp(-Im delta), so that nothing grows in opaque ones; t collects the factors.
-//! q^2 = (n - n_0)(n + n_0) + (n_0 cos)^2 has no cancellation near grazing incidence.
-//!
-//! Source of the characteristic matrix: Born & Wolf, Principles of Optics, 7th ed., sec. 1.6.
+//! Fields are marched up from the medium beyond by [`iridesce_optics::stack::layer`], as everywhere, here in single
+//! precision: q = kz / k0 in a medium is its `kz`, n^2 the weight of p light. Each layer is scaled by exp(-Im delta), so
+//! that nothing grows in opaque ones; t collects the factors. q^2 = (n - n_0)(n + n_0) + (n_0 cos)^2 has no cancellation
+//! near grazing incidence.
 
 use fearless_simd::{Simd, f32x16, prelude::*};
+use iridesce_numerics::complex::{Complex, conjugate_product, inverse, mul, power, square_root};
+use iridesce_numerics::lanes::SINGLES as LANES;
+use iridesce_numerics::lanes::Singles as Lanes;
+use iridesce_numerics::lanes::blocks;
+use iridesce_numerics::turns::{exp2, sin_cos_pi};
+use iridesce_optics::stack::layer::{Field, Turn};
 use num_complex::Complex64;
 
-use crate::complex::{Complex, add, conjugate_product, inverse, mul, power, square_root, sub};
-use crate::film::{COS_PI, EXP2_PER_HALF_TURN, Mueller, Response, SIN_PI, SMALLEST_COS, exp2};
-use crate::lanes::{LANES, Lanes, blocks, polynomial};
+use crate::film::{EXP2_PER_HALF_TURN, Mueller, Response, SMALLEST_COS};
 
 /// Complex indices of a medium at the nodes of a render.
 #[derive(Debug, Clone)]
@@ -69,18 +64,17 @@ impl Sequence<'_> {
     /// Everything about a block of nodes.
     #[inline(always)]
     pub fn response<S: Simd>(&self, simd: S, block: usize, cos_theta: f32) -> Response<S> {
-        let zero = f32x16::splat(simd, 0.0);
+        let (zero, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
         let n_0 = self.outer.n[block].load(simd);
         let q_0 = n_0 * cos_theta.max(SMALLEST_COS);
         let q_0_squared = q_0 * q_0;
-        let per_n_0_squared = f32x16::splat(simd, 1.0) / (n_0 * n_0);
+        let per_n_0_squared = one / (n_0 * n_0);
         let rate = self.rate[block].load(simd);
         let n_exit = self.exit.load(simd, block);
-        let (q_exit, per_exit_squared) = normal_to(simd, n_exit, n_0, q_0_squared);
-        // (A, B) of s and p light; for p light A is the magnetic field.
-        let (mut a_s, mut b_s) = ([f32x16::splat(simd, 1.0), zero], q_exit);
-        let (mut a_p, mut b_p) = (a_s, mul(q_exit, per_exit_squared));
-        let y_p_exit = b_p;
+        let (q_exit, per_exit_squared) = normal_to(n_exit, n_0, q_0_squared);
+        // For p light the first of the two fields is the magnetic one.
+        let y_p_exit = mul(q_exit, per_exit_squared);
+        let (mut of_s, mut of_p) = (Field::leaving(q_exit), Field::leaving(y_p_exit));
         // Exponent (base 2) of the factors left out.
         let mut left_out = zero;
         let LayersAt { tables, thickness_nm } = self.layers;
@@ -88,35 +82,27 @@ impl Sequence<'_> {
         for i in 0..count {
             // From the exit side: the last of the order in which the ray comes.
             let layer = if self.is_reversed { i } else { count - 1 - i };
-            let (q, per_n_squared) = normal_to(simd, tables[layer].load(simd, block), n_0, q_0_squared);
+            let (q, per_n_squared) = normal_to(tables[layer].load(simd, block), n_0, q_0_squared);
             let turns = rate * thickness_nm[layer];
             let half_turns = q[0] * turns;
             let x = half_turns - half_turns.round_ties_even();
-            let x2 = x * x;
-            let (sine, cosine) = (x * polynomial(simd, x2, &SIN_PI), polynomial(simd, x2, &COS_PI));
+            let (sine, cosine) = sin_cos_pi(x);
             let exponent = q[1] * turns * -EXP2_PER_HALF_TURN;
             left_out += exponent;
             // exp(-2 Im delta); sums with it, halved, are cosh and sinh times exp(-Im delta).
-            let decay = exp2(simd, exponent * 2.0);
-            let (more, less) = ((decay + 1.0) * 0.5, (decay - 1.0) * 0.5);
-            let cos_delta = [cosine * more, sine * less];
-            let sin_delta = [sine * more, -cosine * less];
-            let per_q = inverse(simd, q);
-            let n_squared = inverse(simd, per_n_squared);
-            (a_s, b_s) = march(a_s, b_s, cos_delta, mul(sin_delta, q), mul(sin_delta, per_q));
-            (a_p, b_p) = march(
-                a_p,
-                b_p,
-                cos_delta,
-                mul(sin_delta, mul(q, per_n_squared)),
-                mul(sin_delta, mul(n_squared, per_q)),
-            );
+            let decay = exp2(exponent * 2.0);
+            let (cosh, sinh) = ((decay + 1.0) * 0.5, (one - decay) * 0.5);
+            let Turn { cos, sin } = Turn::new(sine, cosine, cosh, sinh);
+            let per_q = inverse(q);
+            let n_squared = inverse(per_n_squared);
+            of_s.up(cos, mul(sin, per_q), mul(sin, q));
+            of_p.up(cos, mul(sin, mul(n_squared, per_q)), mul(sin, mul(q, per_n_squared)));
         }
         let y_p_0 = q_0 * per_n_0_squared;
-        let (r_s, t_s) = amplitudes(simd, a_s, b_s, q_0);
-        let (r_p, t_p) = amplitudes(simd, a_p, b_p, y_p_0);
+        let (r_s, t_s) = of_s.amplitudes(q_0);
+        let (r_p, t_p) = of_p.amplitudes(y_p_0);
         // Power that leaves against power that arrives; beyond the critical angle the real parts vanish.
-        let decay = exp2(simd, left_out * 2.0);
+        let decay = exp2(left_out * 2.0);
         let (t_s_power, t_p_power) = (q_exit[0] / q_0 * decay, y_p_exit[0].max(zero) / y_p_0 * decay);
         let between = (t_s_power * t_p_power).sqrt();
         let [re, im] = conjugate_product(t_s, t_p);
@@ -135,33 +121,13 @@ impl Sequence<'_> {
 
 /// q = kz / k0 in a medium, and its 1 / n^2.
 #[inline(always)]
-fn normal_to<S: Simd>(simd: S, n: Complex<S>, n_0: f32x16<S>, q_0_squared: f32x16<S>) -> (Complex<S>, Complex<S>) {
+fn normal_to<S: Simd>(
+    n: Complex<f32x16<S>>,
+    n_0: f32x16<S>,
+    q_0_squared: f32x16<S>,
+) -> (Complex<f32x16<S>>, Complex<f32x16<S>>) {
     let re = (n[0] - n_0).mul_add(n[0] + n_0, q_0_squared - n[1] * n[1]);
-    (square_root(simd, [re, n[0] * n[1] * 2.0]), inverse(simd, mul(n, n)))
-}
-
-/// Tangential fields one layer up; `sin_y` and `sin_per_y` are sin(delta) times y and 1 / y.
-#[inline(always)]
-fn march<S: Simd>(
-    a: Complex<S>,
-    b: Complex<S>,
-    cos_delta: Complex<S>,
-    sin_y: Complex<S>,
-    sin_per_y: Complex<S>,
-) -> (Complex<S>, Complex<S>) {
-    let (from_b, from_a) = (mul(sin_per_y, b), mul(sin_y, a));
-    let (a_on, b_on) = (mul(cos_delta, a), mul(cos_delta, b));
-    // -i (x + i y) = y - i x
-    ([a_on[0] + from_b[1], a_on[1] - from_b[0]], [b_on[0] + from_a[1], b_on[1] - from_a[0]])
-}
-
-/// r and t (of the fields that A stands for) from the fields on top.
-#[inline(always)]
-fn amplitudes<S: Simd>(simd: S, a: Complex<S>, b: Complex<S>, y_0: f32x16<S>) -> (Complex<S>, Complex<S>) {
-    let incoming = [a[0] * y_0, a[1] * y_0];
-    let per_sum = inverse(simd, add(incoming, b));
-    let scale = y_0 * 2.0;
-    (mul(sub(incoming, b), per_sum), [per_sum[0] * scale, per_sum[1] * scale])
+    (square_root([re, n[0] * n[1] * 2.0]), inverse(mul(n, n)))
 }
 
 #[cfg(test)]

@@ -5,10 +5,11 @@
 //! the normals of the planes, both ways, and the one that leaves most media counts, since a half space that it stays in
 //! for ever it never leaves. Rectangles, disks and caps bound nothing by themselves and count for nothing here.
 
+use iridesce_numerics::Vec3;
+
 use crate::camera::Ray;
 use crate::geometry::{Shape, nearest_of};
 use crate::medium_stack::MediumStack;
-use crate::vector::Vec3;
 
 /// The media around a point; `bodies` are the media behind the shapes, where there are any.
 pub fn enclosing_media(shapes: &[Shape], bodies: &[Option<u8>], point: Vec3) -> MediumStack {

@@ -1,34 +1,17 @@
-//! A free film (the same medium on both sides) at one hit: what it reflects and passes at every spectral node.
-//!
-//! With c = cos(theta) outside, m the film's index over the outer medium's, b^2 = m^2 - sin^2(theta),
-//! u = m^2 c and the half phase beta = 2 pi n_outer t b / lambda, each polarisation of a lossless film has
-//!
-//! ```text
-//! r / t = -i g sin(beta),   1 / t = cos(beta) - i h sin(beta)
-//! g_s = (c^2 - b^2) / (2 c b) = (1 - m^2) / (2 c b),   g_p = (u^2 - b^2) / (2 u b),   h = sqrt(1 + g^2)
-//! R = g^2 sin^2 / (1 + g^2 sin^2),   T = 1 - R
-//! ```
-//!
-//! which is Airy's sum written without a single difference of nearly equal numbers: b^2 = (m^2 - 1) + c^2 and
-//! u^2 - b^2 = (m^2 - 1)((m^2 + 1) c^2 - 1). Absorbing films, and films that light cannot enter beyond a
-//! critical angle, go through the complex form. The phase is kept in half turns, from which the nearest whole
+//! A free film (the same medium on both sides) at one hit: what it reflects and passes at every spectral node, by the
+//! kernels of [`iridesce_optics::film::kernel`] in single precision. Absorbing films, and films that light cannot enter
+//! beyond a critical angle, go through the complex form. The phase is kept in half turns, from which the nearest whole
 //! number is taken off before any polynomial (f32 cosines of large arguments are what this prevents).
-//!
-//! Source of the Airy sums: Born & Wolf, Principles of Optics, 7th ed., sec. 7.6.
 
 use fearless_simd::{Simd, f32x16, prelude::*};
+use iridesce_numerics::complex::square_root;
+use iridesce_numerics::lanes::Singles as Lanes;
+use iridesce_numerics::lanes::blocks;
+use iridesce_numerics::turns::exp2;
+use iridesce_optics::film::kernel::{free_absorbing, free_lossless, free_reflectance};
+use iridesce_optics::mueller;
 use num_complex::Complex64;
 
-use crate::complex::{Complex, conjugate_product, inverse, mul, power, square_root};
-use crate::lanes::{Lanes, blocks, polynomial};
-
-/// sin(pi x) = x P(x^2) on [-1/2, 1/2]; minimax of P, error 1.4e-8.
-pub const SIN_PI: [f32; 5] = [3.141_592_5, -5.167_710_3, 2.550_077_7, -0.598_292_2, 0.077_659_41];
-/// cos(pi x) = P(x^2) on [-1/2, 1/2]; minimax, error 2.2e-10 before rounding.
-pub const COS_PI: [f32; 6] = [1.0, -4.934_802, 4.058_709, -1.335_212_1, 0.234_937_56, -0.024_396_72];
-/// 2^x on [-1/2, 1/2]; Chebyshev fit, error 2.6e-9.
-const EXP2: [f32; 7] =
-    [1.0, std::f32::consts::LN_2, 0.240_226_5, 0.055_503_27, 0.009_618_026, 0.001_340_043_1, 0.000_154_697_32];
 /// exp(-pi x) = 2^(-x times this).
 pub const EXP2_PER_HALF_TURN: f32 = std::f32::consts::PI * std::f32::consts::LOG2_E;
 /// cos(theta) is kept above this: at 90 degrees every ratio below would be 0/0, and closer than this the product of
@@ -53,39 +36,12 @@ struct FilmBlock {
     rate: Lanes,
 }
 
-/// Light on a film, per block of nodes: weights of s and p light, and of the two Stokes components between them.
-#[derive(Debug, Clone, Copy)]
-pub struct Beam<S: Simd> {
-    pub s: f32x16<S>,
-    pub p: f32x16<S>,
-    pub u: f32x16<S>,
-    pub v: f32x16<S>,
-}
-
+/// Light on a film, per block of nodes.
+pub type Beam<S> = mueller::Beam<f32x16<S>>;
 /// Powers and cross terms of a film for a block of nodes.
-#[derive(Debug, Clone, Copy)]
-pub struct Response<S: Simd> {
-    pub reflect: Mueller<S>,
-    pub transmit: Mueller<S>,
-}
-
-/// The four numbers of the Mueller matrix of a film in its own plane of incidence:
-/// powers of s and p, and `cross` = amplitude_s * conj(amplitude_p).
-#[derive(Debug, Clone, Copy)]
-pub struct Mueller<S: Simd> {
-    pub s: f32x16<S>,
-    pub p: f32x16<S>,
-    pub cross: [f32x16<S>; 2],
-}
-
-impl<S: Simd> Mueller<S> {
-    /// Carries an adjoint (row) vector through the film: the row times the Mueller matrix.
-    #[inline(always)]
-    pub fn carry(&self, w: &Beam<S>) -> Beam<S> {
-        let [re, im] = self.cross;
-        Beam { s: w.s * self.s, p: w.p * self.p, u: w.u * re + w.v * im, v: w.v * re - w.u * im }
-    }
-}
+pub type Response<S> = mueller::Response<f32x16<S>>;
+/// What a film reflects, or passes, for a block of nodes.
+pub type Mueller<S> = mueller::Mueller<f32x16<S>>;
 
 impl FilmTable {
     /// The table of a film of index `film` in a medium of real index `outer`, one value a node each.
@@ -111,116 +67,25 @@ impl FilmTable {
     /// R of s and p light for a block of nodes of a plain film.
     #[inline(always)]
     pub fn reflectance<S: Simd>(&self, simd: S, block: usize, cos_theta: f32, thickness_nm: f32) -> [f32x16<S>; 2] {
-        let c = cos_theta.max(SMALLEST_COS);
-        let c2 = f32x16::splat(simd, c * c);
-        let e = self.blocks[block].contrast.load(simd);
-        let b2 = e + c2;
-        let half_turns = b2.sqrt() * (self.blocks[block].rate.load(simd) * thickness_nm);
-        let x = half_turns - half_turns.round_ties_even();
-        let sine = x * polynomial(simd, x * x, &SIN_PI);
-        let q = sine * sine;
-        let u = (e + 1.0) * c;
-        let k = e * ((e + 2.0).mul_sub(c2, f32x16::splat(simd, 1.0)));
-        let four_b2 = b2 * 4.0;
-        let s = e * e * q;
-        let p = k * k * q;
-        // One division for two ratios: the divider is the busiest unit of this loop.
-        let (under_s, under_p) = (four_b2.mul_add(c2, s), four_b2.mul_add(u * u, p));
-        let inverse = f32x16::splat(simd, 1.0) / (under_s * under_p);
-        [s * under_p * inverse, p * under_s * inverse]
+        let FilmBlock { contrast, rate, .. } = &self.blocks[block];
+        let cos = f32x16::splat(simd, cos_theta.max(SMALLEST_COS));
+        free_reflectance(contrast.load(simd), cos, rate.load(simd) * thickness_nm)
     }
 
     /// Everything about a block of nodes of any film.
     #[inline(always)]
     pub fn response<S: Simd>(&self, simd: S, block: usize, cos_theta: f32, thickness_nm: f32) -> Response<S> {
+        let FilmBlock { contrast, loss, rate } = &self.blocks[block];
+        let cos = f32x16::splat(simd, cos_theta.max(SMALLEST_COS));
+        let (contrast, per_b) = (contrast.load(simd), rate.load(simd) * thickness_nm);
         if self.is_plain {
-            self.plain_response(simd, block, cos_theta, thickness_nm)
-        } else {
-            self.complex_response(simd, block, cos_theta, thickness_nm)
+            return free_lossless(contrast, cos, per_b);
         }
+        let loss = loss.load(simd);
+        let b = square_root([cos.mul_add(cos, contrast), loss]);
+        let decay = exp2(b[1] * per_b * -EXP2_PER_HALF_TURN);
+        free_absorbing(cos, b, [(contrast + 1.0) * cos, loss * cos], per_b, decay)
     }
-
-    #[inline(always)]
-    fn plain_response<S: Simd>(&self, simd: S, block: usize, cos_theta: f32, thickness_nm: f32) -> Response<S> {
-        let one = f32x16::splat(simd, 1.0);
-        let c = f32x16::splat(simd, cos_theta.max(SMALLEST_COS));
-        let e = self.blocks[block].contrast.load(simd);
-        let b2 = c.mul_add(c, e);
-        let b = b2.sqrt();
-        let half_turns = b * (self.blocks[block].rate.load(simd) * thickness_nm);
-        let x = half_turns - half_turns.round_ties_even();
-        let x2 = x * x;
-        let sine = x * polynomial(simd, x2, &SIN_PI);
-        let cosine = polynomial(simd, x2, &COS_PI);
-        let (q, cc) = (sine * sine, cosine * cosine);
-        let u = (e + 1.0) * c;
-        let (over_s, over_p) = (one / (c * b * 2.0), one / (u * b * 2.0));
-        let g_s = -e * over_s;
-        let g_p = e * ((e + 2.0).mul_sub(c * c, one)) * over_p;
-        let h_s = c.mul_add(c, b2) * over_s;
-        let h_p = u.mul_add(u, b2) * over_p;
-        let (f_s, f_p) = (g_s * g_s * q, g_p * g_p * q);
-        let (t_s, t_p) = (one / (f_s + 1.0), one / (f_p + 1.0));
-        // t_s conj(t_p) = 1 / D = conj(D) / |D|^2 and |D|^2 = 1 / (T_s T_p).
-        let norm = t_s * t_p;
-        let real = (h_s * h_p).mul_add(q, cc) * norm;
-        let imag = sine * cosine * (h_s - h_p) * norm;
-        let scale = g_s * g_p * q;
-        Response {
-            reflect: Mueller { s: f_s * t_s, p: f_p * t_p, cross: [real * scale, imag * scale] },
-            transmit: Mueller { s: t_s, p: t_p, cross: [real, imag] },
-        }
-    }
-
-    #[inline(always)]
-    fn complex_response<S: Simd>(&self, simd: S, block: usize, cos_theta: f32, thickness_nm: f32) -> Response<S> {
-        let one = f32x16::splat(simd, 1.0);
-        let c = f32x16::splat(simd, cos_theta.max(SMALLEST_COS));
-        let (e, loss) = (self.blocks[block].contrast.load(simd), self.blocks[block].loss.load(simd));
-        let b = square_root(simd, [c.mul_add(c, e), loss]);
-        let u = [(e + 1.0) * c, loss * c];
-        let rate = self.blocks[block].rate.load(simd) * thickness_nm;
-        let half_turns = b[0] * rate;
-        let x = half_turns - half_turns.round_ties_even();
-        let x2 = x * x;
-        let sine = x * polynomial(simd, x2, &SIN_PI);
-        let cosine = polynomial(simd, x2, &COS_PI);
-        // One passage: exp(i beta), up to a sign that is the same for s and p and drops out of every product.
-        let decay = exp2(simd, b[1] * rate * -EXP2_PER_HALF_TURN);
-        let pass = [cosine * decay, sine * decay];
-        let round = mul(pass, pass);
-        // 1 - exp(2 i beta): near no phase at all the difference is 2 sin^2 of the half and not a cancellation.
-        let lost = [(one - decay * decay) + decay * decay * sine * sine * 2.0, -round[1]];
-        let amplitudes = |a: Complex<S>| {
-            let sum = inverse(simd, [a[0] + b[0], a[1] + b[1]]);
-            let r12 = mul([a[0] - b[0], a[1] - b[1]], sum);
-            let through = mul(mul(mul(a, b), sum), sum).map(|v| v * 4.0);
-            let r2 = mul(r12, r12);
-            // 1 - r12^2 E = (1 - r12^2) + r12^2 (1 - E)
-            let extra = mul(r2, lost);
-            let denominator = inverse(simd, [through[0] + extra[0], through[1] + extra[1]]);
-            (mul(mul(r12, lost), denominator), mul(mul(through, pass), denominator))
-        };
-        let (r_s, t_s) = amplitudes([c, f32x16::splat(simd, 0.0)]);
-        let (r_p, t_p) = amplitudes(u);
-        Response {
-            reflect: Mueller { s: power(r_s), p: power(r_p), cross: conjugate_product(r_s, r_p) },
-            transmit: Mueller { s: power(t_s), p: power(t_p), cross: conjugate_product(t_s, t_p) },
-        }
-    }
-}
-
-/// 2^x for x <= 0; zero below the smallest normal number.
-#[inline(always)]
-pub fn exp2<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
-    let clamped = x.max(f32x16::splat(simd, -120.0));
-    let whole = clamped.round_ties_even();
-    let fraction = polynomial(simd, clamped - whole, &EXP2);
-    // 2^whole through the exponent bits: 1.5 * 2^23 pushes the integer into the low mantissa bits.
-    let magic = whole + (12_582_912.0 + 127.0);
-    let bits: fearless_simd::u32x16<S> = magic.to_bits();
-    let scale = f32x16::from_bits(bits << 23);
-    x.simd_lt(f32x16::splat(simd, -119.0)).select(f32x16::splat(simd, 0.0), fraction * scale)
 }
 
 #[cfg(test)]

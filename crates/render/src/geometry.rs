@@ -1,9 +1,9 @@
 //! Where a ray meets the scene.
 
+use iridesce_numerics::Vec3;
 use iridesce_scene::Shape as SceneShape;
 
 use crate::camera::Ray;
-use crate::vector::Vec3;
 
 /// A shape ready for intersection.
 #[derive(Debug, Clone, Copy)]

@@ -5,14 +5,12 @@ pub mod image;
 
 mod camera;
 mod coating;
-mod complex;
 mod enclosing;
 mod environment;
 mod failure;
 mod film;
 mod geometry;
 mod integrator;
-mod lanes;
 mod lights;
 mod medium_stack;
 mod prepare;
@@ -20,7 +18,6 @@ mod refraction;
 mod render;
 mod sampler;
 mod spectral;
-mod vector;
 
 pub use framebuffer::{Framebuffer, RenderError, RenderInfo, RenderOptions};
 pub use render::{check, render, render_at, simd_level};

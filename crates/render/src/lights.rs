@@ -3,14 +3,16 @@
 use std::sync::Arc;
 
 use fearless_simd::{Simd, f32x16, prelude::*};
+use iridesce_numerics::Vec3;
+use iridesce_numerics::lanes::SINGLES as LANES;
+use iridesce_numerics::lanes::Singles as Lanes;
+use iridesce_numerics::lanes::blocks;
 use iridesce_optics::OpticsError;
 use iridesce_optics::color::{Illuminant, Observer, rgb_basis};
 use iridesce_scene::{Emitter, ResolvedEnvironment, ResolvedScene, ResolvedSource};
 
 use crate::environment::{MapLookup, MapSampler};
-use crate::lanes::{LANES, Lanes, blocks};
 use crate::spectral::Nodes;
-use crate::vector::Vec3;
 
 /// Weights of X, Y, Z at a block of nodes. They are halved because they meet the sum of s and p weights.
 type Weights = [Lanes; 3];
@@ -216,7 +218,7 @@ impl Lights {
         let [x, y, z] = directions;
         let mut sum = [[0.0; LANES]; 3];
         for (lookup, factor) in self.maps.iter() {
-            let rgb = lookup.rgb(simd, [x.load(simd), y.load(simd), z.load(simd)]);
+            let rgb = lookup.rgb([x.load(simd), y.load(simd), z.load(simd)]);
             for c in 0..3 {
                 for lane in 0..LANES {
                     sum[c][lane] += factor * rgb[c][lane];

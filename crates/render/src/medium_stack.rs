@@ -1,5 +1,6 @@
 //! Which medium a path is in: every surface with something behind it is entered and left.
 
+use crate::spectral::{FROM_NM, TO_NM};
 use iridesce_optics::{Complex64, Medium, OpticsError};
 
 /// The number of the medium that scenes are surrounded by: n = 1.
@@ -91,7 +92,7 @@ pub fn indices(medium: &Medium, wavelength_nm: impl Iterator<Item = f64>) -> Res
 
 /// Every 10 nm of the visible range.
 pub fn visible() -> impl Iterator<Item = f64> {
-    (360..=830).step_by(10).map(f64::from)
+    (FROM_NM as u32..=TO_NM as u32).step_by(10).map(f64::from)
 }
 
 #[cfg(test)]

@@ -1,5 +1,8 @@
 //! From a validated scene to flat arrays that the integrator walks: nothing here depends on a ray.
 
+use iridesce_numerics::Vec3;
+use iridesce_numerics::lanes::Singles as Lanes;
+use iridesce_numerics::lanes::blocks;
 use iridesce_optics::color::{Illuminant, rgb_basis};
 use iridesce_optics::{Medium, OpticsError};
 use iridesce_scene::{ResolvedScene, ResolvedSource, Surface, ThicknessField, Unit};
@@ -10,11 +13,9 @@ use crate::enclosing::enclosing_media;
 use crate::film::FilmTable;
 use crate::framebuffer::{RenderError, RenderOptions};
 use crate::geometry::Shape;
-use crate::lanes::{Lanes, blocks};
 use crate::lights::{EnvironmentLight, Lights};
 use crate::medium_stack::{Media, MediumStack, indices, visible};
-use crate::spectral::{Bands, LEAST_NODES, MAX_NODES, Nodes, node_count, resolved_nm};
-use crate::vector::Vec3;
+use crate::spectral::{Bands, FROM_NM, LEAST_NODES, MAX_NODES, Nodes, TO_NM, node_count, resolved_nm};
 
 /// A scene ready to render.
 pub struct Prepared {
@@ -276,7 +277,7 @@ fn levels_for(scene: &ResolvedScene, materials: &Materials<'_>) -> Result<Vec<No
     let mut see = |illuminant: &Illuminant, radiance: f64| {
         if radiance > 0.0 {
             lines.extend(illuminant.lines().iter().map(|line| line.0));
-            is_continuous |= (360..=830).any(|nm| illuminant.power(f64::from(nm)) > 0.0);
+            is_continuous |= (FROM_NM as u32..=TO_NM as u32).any(|nm| illuminant.power(f64::from(nm)) > 0.0);
         }
     };
     let mut has_map = false;

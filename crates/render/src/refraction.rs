@@ -1,10 +1,11 @@
 //! Directions beyond a surface, and what stands behind clear ones.
 
+use iridesce_numerics::Vec3;
+
 use crate::camera::Ray;
 use crate::coating::IndexTable;
 use crate::geometry::{Hit, nearest};
 use crate::prepare::{Material, Prepared};
-use crate::vector::Vec3;
 
 /// Most clear surfaces through which a film is looked for.
 const CLEAR_SURFACES: usize = 8;

@@ -6,14 +6,7 @@
 //! Annals of Statistics 25, 1541, 1997). Scrambling by hash: S. Laine, T. Karras, "Stratified sampling for
 //! stochastic transparency", Computer Graphics Forum 30, 1197 (2011).
 
-/// A well-mixed 64-bit hash (the finaliser of SplitMix64).
-#[inline(always)]
-pub fn mix64(mut x: u64) -> u64 {
-    x = x.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    x ^ (x >> 31)
-}
+use iridesce_numerics::noise::{SplitMix64, mix64};
 
 /// A permutation of the bit-reversed integers in which every bit depends on lower bits only:
 /// between two bit reversals it is an Owen scramble.
@@ -68,7 +61,12 @@ impl PixelSampler {
     /// The random numbers of one path: independent of its place in the pixel.
     #[inline(always)]
     pub fn choices(self, sample: u32) -> Choices {
-        Choices { key: self.key, sample, pairs: 0, state: mix64(self.key ^ (u64::from(sample) << 32 | 0x5EED)) }
+        Choices {
+            key: self.key,
+            sample,
+            pairs: 0,
+            random: SplitMix64::new(mix64(self.key ^ (u64::from(sample) << 32 | 0x5EED))).skip(),
+        }
     }
 }
 
@@ -91,7 +89,7 @@ pub struct Choices {
     sample: u32,
     /// Pairs drawn so far.
     pairs: u64,
-    state: u64,
+    random: SplitMix64,
 }
 
 impl Choices {
@@ -105,8 +103,7 @@ impl Choices {
     /// Uniform in [0, 1).
     #[inline(always)]
     pub fn next(&mut self) -> f32 {
-        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        (mix64(self.state) >> 40) as f32 * (1.0 / 16_777_216.0)
+        self.random.unit_single()
     }
 }
 

@@ -6,14 +6,16 @@
 //! transport itself (smooth: Airy functions of a film) is interpolated. Against point samples the same colour
 //! error needs half the nodes: docs/evidence/performance.md. Line spectra become nodes of their own, never bins.
 
+use iridesce_numerics::lanes::SINGLES as LANES;
+use iridesce_numerics::lanes::Singles as Lanes;
+use iridesce_numerics::lanes::blocks;
 use iridesce_optics::color::{Illuminant, Observer};
-
-use crate::lanes::{LANES, Lanes, blocks};
+use iridesce_optics::medium::VISIBLE_NM;
 
 /// Vacuum wavelengths outside which the observers are zero, nm.
-pub const FROM_NM: f64 = 360.0;
+pub const FROM_NM: f64 = VISIBLE_NM.0;
 /// The other end, nm.
-pub const TO_NM: f64 = 830.0;
+pub const TO_NM: f64 = VISIBLE_NM.1;
 
 /// Largest number of nodes: films beyond about 0.5 mm have fringes that no eye and no lamp resolves.
 pub const MAX_NODES: usize = 1 << 14;

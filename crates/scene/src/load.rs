@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use iridesce_files::read_whole;
+use iridesce_optics::medium::VISIBLE_NM;
 
 use crate::error::SceneError;
 use crate::model::{Origin, Scene};
@@ -59,12 +60,12 @@ impl Scene {
         self.tree.to_json()
     }
 
-    /// Names of media whose data stop inside 360..830 nm, so that renders continue them by their stated extension.
+    /// Names of media whose data stop inside the visible range, so that renders continue them by their stated extension.
     pub fn extended_media(&self) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
         for object in &self.objects {
             for medium in object.surface.media() {
-                let ends = [360.0, 830.0].map(|nm| medium.index_extended(nm));
+                let ends = [VISIBLE_NM.0, VISIBLE_NM.1].map(|nm| medium.index_extended(nm));
                 if ends.iter().any(|end| matches!(end, Ok((_, true)))) && !names.iter().any(|n| n == medium.name()) {
                     names.push(medium.name().to_owned());
                 }

@@ -1,5 +1,6 @@
 //! Media: names, numbers or pairs.
 
+use iridesce_optics::medium::VISIBLE_NM;
 use iridesce_optics::{Complex64, Medium};
 
 use crate::error::SceneError;
@@ -33,7 +34,7 @@ pub fn medium(node: &Node, path: &str) -> Result<(Medium, Node), SceneError> {
         },
         _ => return Err(other()),
     };
-    for nm in [360.0, 830.0] {
+    for nm in [VISIBLE_NM.0, VISIBLE_NM.1] {
         found.index_extended(nm).map_err(|e| wrong(format!("cannot be used: {e}")))?;
     }
     Ok((found, node.without_lines()))

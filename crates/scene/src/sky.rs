@@ -181,7 +181,7 @@ mod tests {
 
     /// Luminance of Rec.709, ITU-R BT.709-6, item 3.2.
     fn y(rgb: [f64; 3]) -> f64 {
-        dot(rgb, [0.2126, 0.7152, 0.0722])
+        dot(rgb, iridesce_optics::color::REC709_LUMINANCE)
     }
 
     #[test]

@@ -7,10 +7,13 @@
 //! four rows in angle.
 
 use fearless_simd::{Level, Simd, dispatch, f32x4, prelude::*};
+use iridesce_numerics::interpolation::{hermite, lagrange};
+use iridesce_numerics::turns::sin_pi;
+use iridesce_numerics::{F64s, Lanes, Number, simd};
 use rayon::prelude::*;
 
 use crate::OpticsError;
-use crate::stack::sweep::lanes::{LANES, Lane, sin_pi};
+use crate::stack::sweep::lanes::{LANES, Lane};
 
 mod build;
 #[cfg(test)]
@@ -155,7 +158,7 @@ impl ColorTable {
         }
         self.check_range("thickness_nm", thickness_nm, self.shape.range_nm)?;
         self.check_range("angle_deg", angle_deg, self.shape.range_deg)?;
-        self.evaluate_at(Level::new(), thickness_nm, angle_deg, out);
+        self.evaluate_at(simd::level_or_best(), thickness_nm, angle_deg, out);
         Ok(())
     }
 
@@ -182,7 +185,7 @@ impl ColorTable {
 
     #[inline(always)]
     fn look_up<S: Simd>(&self, simd: S, thickness_nm: &[f64], angle_deg: &[f64], out: &mut [[f64; 3]]) {
-        let (mut t, mut angle) = (Lane::ZERO, Lane([angle_deg[0]; LANES]));
+        let (mut t, mut angle) = (Lane::ZERO, Lanes([angle_deg[0]; LANES]));
         let mut place = Places::new();
         for (first, out) in (0..).step_by(LANES).zip(out.chunks_mut(LANES)) {
             let some = out.len();
@@ -242,23 +245,21 @@ impl Places {
     fn find<S: Simd>(&mut self, simd: S, shape: &ColorTableShape, thickness_nm: &Lane, angle_deg: &Lane) {
         let (first, step) = shape.axis();
         let per_degree = 1.0 / shape.angle_step();
-        for at in (0..LANES).step_by(S::f64s::LEN) {
-            let (zero, one) = (S::f64s::splat(simd, 0.0), S::f64s::splat(simd, 1.0));
+        for at in (0..LANES).step_by(F64s::<S>::LEN) {
+            let (zero, one) = (F64s::splat(simd, 0.0), F64s::splat(simd, 1.0));
             let angle = angle_deg.load(simd, at);
             let mut v = thickness_nm.load(simd, at);
             if shape.inverse_square > 0.0 {
-                let sine = sin_pi(simd, angle * (1.0 / 180.0));
-                v *= (one - sine * sine * shape.inverse_square).sqrt();
+                let sine = sin_pi(angle * (1.0 / 180.0));
+                v = v * (one - sine * sine * shape.inverse_square).sqrt();
             }
             let p = ((v - first) * (1.0 / step)).max(zero);
-            let column = p.floor().min(S::f64s::splat(simd, (shape.columns - 2) as f64));
+            let column = p.floor().min(F64s::splat(simd, (shape.columns - 2) as f64));
             let f = p - column;
-            let rest = one - f;
             self.column.store::<S>(at, column);
-            self.along[0].store::<S>(at, (f * 2.0 + one) * rest * rest);
-            self.along[1].store::<S>(at, f * rest * rest);
-            self.along[2].store::<S>(at, f * f * (f * -2.0 + 3.0));
-            self.along[3].store::<S>(at, -(f * f * rest));
+            for (kept, weight) in self.along.iter_mut().zip(hermite(f)) {
+                kept.store::<S>(at, weight);
+            }
             if shape.rows == 1 {
                 self.row.store::<S>(at, zero);
                 self.across[0].store::<S>(at, one);
@@ -266,14 +267,11 @@ impl Places {
             }
             // The cubic through four rows; at either end the outermost four serve the first two cells.
             let y = (angle - shape.range_deg[0]) * per_degree;
-            let row = (y.floor() - 1.0).max(zero).min(S::f64s::splat(simd, (shape.rows - 4) as f64));
-            let a = y - row;
-            let (b, c, d) = (a - 1.0, a - 2.0, a - 3.0);
+            let row = (y.floor() - 1.0).max(zero).min(F64s::splat(simd, (shape.rows - 4) as f64));
             self.row.store::<S>(at, row);
-            self.across[0].store::<S>(at, b * c * d * (-1.0 / 6.0));
-            self.across[1].store::<S>(at, a * c * d * 0.5);
-            self.across[2].store::<S>(at, a * b * d * -0.5);
-            self.across[3].store::<S>(at, a * b * c * (1.0 / 6.0));
+            for (kept, weight) in self.across.iter_mut().zip(lagrange(y - row - 1.0)) {
+                kept.store::<S>(at, weight);
+            }
         }
     }
 }

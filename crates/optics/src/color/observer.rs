@@ -4,11 +4,12 @@ use std::sync::OnceLock;
 
 use super::table::{at_one_nm, own_triples};
 use crate::OpticsError;
+use crate::medium::VISIBLE_NM;
 
 /// First wavelength of the observer tables, nm.
-pub const FIRST_NM: f64 = 360.0;
+pub const FIRST_NM: f64 = VISIBLE_NM.0;
 /// Last wavelength of the observer tables, nm.
-pub const LAST_NM: f64 = 830.0;
+pub const LAST_NM: f64 = VISIBLE_NM.1;
 
 /// A CIE standard colorimetric observer, tabulated at 1 nm over 360..830 nm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

@@ -7,6 +7,8 @@ use crate::OpticsError;
 
 /// Chromaticity of D65 as colour-space standards round it (ITU-R BT.709, BT.2020; IEC 61966-2-1).
 pub const D65_XY: [f64; 2] = [0.3127, 0.3290];
+/// Luminance of linear Rec.709 (sRGB) red, green and blue, as rounded in ITU-R BT.709-6, item 3.2.
+pub const REC709_LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 /// Chromaticity of illuminant C (white of NTSC 1953).
 pub const C_XY: [f64; 2] = [0.31006, 0.31616];
 /// Chromaticity of D50.

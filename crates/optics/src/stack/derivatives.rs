@@ -250,11 +250,11 @@ impl<'a> Problem<'a> {
         let fields = runs::march(&self.halves, &self.phases, top, bottom, from_below);
         let end = fields[fields.len() - 1];
         let q = self.halves[if from_below { bottom } else { top }].q();
-        let sum = q * end.pair.0 + end.pair.1;
+        let sum = q * end.pair().0 + end.pair().1;
         if sum.norm_sqr() == 0.0 || !sum.is_finite() {
             return Err(lasing());
         }
-        Ok(((q * end.pair.0 - end.pair.1) / sum, 2.0 * q / sum * (-end.log).exp()))
+        Ok(((q * end.pair().0 - end.pair().1) / sum, 2.0 * q / sum * (-end.log).exp()))
     }
 
     fn coherent_powers(&self) -> Result<[Slope; 2], OpticsError> {

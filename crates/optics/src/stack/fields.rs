@@ -73,7 +73,7 @@ impl Fields {
         for thickness in thickness_nm {
             depth_nm.push(depth_nm[depth_nm.len() - 1] + thickness);
         }
-        let (e, h) = at[0].pair;
+        let (e, h) = at[0].pair();
         let q = halves[0].q();
         let sum = q * e + h;
         if sum.norm_sqr() == 0.0 || !sum.is_finite() {
@@ -109,14 +109,14 @@ impl Fields {
             // Leaving wave: exp(i kz k0 z) from the last interface.
             let below = self.k0 * (depth_nm - self.depth_nm[last - 1]);
             let wave = (I * half.kz * below).exp();
-            let (e, h) = self.at[last - 1].pair;
-            Scaled { pair: (e * wave, h * wave), log: self.at[last - 1].log }
+            let (e, h) = self.at[last - 1].pair();
+            Scaled { log: self.at[last - 1].log, ..Scaled::new((e * wave, h * wave)) }
         } else {
             let phase = Phase::new(half.kz_squared, self.k0 * (self.depth_nm[medium] - depth_nm));
             self.at[medium].up(&phase, half)
         };
         let factor = self.unit * (field.log - self.unit_log).exp();
-        let (e, h) = (field.pair.0 * factor, field.pair.1 * factor);
+        let (e, h) = (field.pair().0 * factor, field.pair().1 * factor);
         let square = self.n_squared[medium];
         let (electric, magnetic) = match self.polarization {
             Polarization::P => ([h, ZERO, -self.kx * e / square], [ZERO, e, ZERO]),

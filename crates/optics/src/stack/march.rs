@@ -1,17 +1,10 @@
 //! The march: tangential fields carried from the exit medium up to the incident one.
 //!
-//! Written once for both polarisations. For s the pair `(e, h)` is `(E_y, H_x)`, for p it is `(H_y, E_x)`; a wave that
-//! leaves obeys `h = q e` with `q = kz` (s) or `kz / n^2` (p), wavenumbers in units of the vacuum one. A layer of phase
-//! `delta = kz k0 d` does
-//!
-//! ```text
-//! e_top = cos(delta) e - i w sin(delta)/kz h          w = 1 (s) or n^2 (p)
-//! h_top = cos(delta) h - i kz^2/w sin(delta)/kz e
-//! ```
-//!
-//! which is even in `kz`: no branch is chosen inside a layer, and `kz = 0` (a layer at its critical angle) is no special
-//! case. Source: F. Abeles, Ann. Phys. (Paris) 5, 596 (1950), with the scaling described at [`Wave`].
+//! Every layer by [`Field::up`] of `layer`, here for one evaluation at a time and whatever it may be: the matrix of a layer
+//! is even in `kz`, so that no branch is chosen inside it and `kz = 0` (a layer at its critical angle) is no special case,
+//! and fields that grow are scaled down by powers of two.
 
+use super::layer::Field;
 use crate::Complex64;
 use crate::incidence::sqrt_upper;
 
@@ -20,8 +13,8 @@ use crate::incidence::sqrt_upper;
 /// The factor is carried as a logarithm: without it an opaque layer overflows at `Im delta = 710`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Wave {
-    cos: Complex64,
-    sin_over_kz: Complex64,
+    pub(super) cos: Complex64,
+    pub(super) sin_over_kz: Complex64,
     kz_squared: Complex64,
     pub(super) decay: f64,
 }
@@ -57,59 +50,43 @@ impl Wave {
     }
 }
 
-/// Tangential fields at one interface, times a factor whose logarithm the caller keeps.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Field {
-    pub(super) e: Complex64,
-    pub(super) h: Complex64,
+/// A complex number as the kernels have it.
+#[inline(always)]
+pub(super) fn parts(z: Complex64) -> [f64; 2] {
+    [z.re, z.im]
 }
 
-impl Field {
-    /// The wave that leaves into the exit medium, of unit amplitude there.
-    #[inline]
-    pub(super) fn leaving(q: Complex64) -> Field {
-        Field { e: Complex64::new(1.0, 0.0), h: q }
+/// From the bottom of a layer to its top, `weight` 1 (s) or n^2 (p); tells by which logarithm the scale has grown.
+#[inline]
+pub(super) fn up(field: &mut Field<f64>, wave: &Wave, weight: Complex64) -> f64 {
+    if wave.kz_squared.im == 0.0 && weight.im == 0.0 {
+        let (cos, sin) = (wave.cos.re, wave.sin_over_kz.re);
+        field.up_real(cos, weight.re * sin, wave.kz_squared.re / weight.re * sin);
+    } else {
+        let under = wave.kz_squared / weight * wave.sin_over_kz;
+        field.up(parts(wave.cos), parts(weight * wave.sin_over_kz), parts(under));
     }
+    wave.decay + rescaled(field)
+}
 
-    /// From the bottom of a layer to its top; tells by which logarithm the scale has grown.
-    #[inline]
-    pub(super) fn up(&mut self, wave: &Wave, weight: Complex64) -> f64 {
-        let (e, h) = (self.e, self.h);
-        if wave.kz_squared.im == 0.0 && weight.im == 0.0 {
-            // Lossless layer: all four matrix elements are real or imaginary, half the work.
-            let (c, s) = (wave.cos.re, wave.sin_over_kz.re);
-            let (b, d) = (weight.re * s, wave.kz_squared.re / weight.re * s);
-            self.e = Complex64::new(c * e.re + b * h.im, c * e.im - b * h.re);
-            self.h = Complex64::new(c * h.re + d * e.im, c * h.im - d * e.re);
-        } else {
-            let b = weight * wave.sin_over_kz * h;
-            let d = wave.kz_squared / weight * wave.sin_over_kz * e;
-            let (c_e, c_h) = (wave.cos * e, wave.cos * h);
-            self.e = Complex64::new(c_e.re + b.im, c_e.im - b.re);
-            self.h = Complex64::new(c_h.re + d.im, c_h.im - d.re);
-        }
-        let size = self.e.re.abs() + self.e.im.abs() + self.h.re.abs() + self.h.im.abs();
-        if (1e-60..1e60).contains(&size) { wave.decay } else { wave.decay + self.rescale(size) }
-    }
+/// Inside the stop band of a long mirror the fields grow without any absorption; a power of two keeps every digit. The
+/// logarithm of what was taken out.
+#[inline]
+pub(super) fn rescaled(field: &mut Field<f64>) -> f64 {
+    let size = field.e[0].abs() + field.e[1].abs() + field.h[0].abs() + field.h[1].abs();
+    if (1e-60..1e60).contains(&size) { 0.0 } else { rescale(field, size) }
+}
 
-    /// Inside the stop band of a long mirror the fields grow without any absorption; a power of two keeps every digit.
-    #[cold]
-    fn rescale(&mut self, size: f64) -> f64 {
-        if !(size > 0.0 && size.is_finite()) {
-            return 0.0;
-        }
-        let exponent = size.log2().floor();
-        let factor = (-exponent).exp2();
-        self.e *= factor;
-        self.h *= factor;
-        exponent * std::f64::consts::LN_2
+#[cold]
+fn rescale(field: &mut Field<f64>, size: f64) -> f64 {
+    if !(size > 0.0 && size.is_finite()) {
+        return 0.0;
     }
-
-    /// Net power flux through the interface, downwards.
-    #[inline]
-    pub(super) fn flux(&self) -> f64 {
-        self.e.re * self.h.re + self.e.im * self.h.im
-    }
+    let exponent = size.log2().floor();
+    let factor = (-exponent).exp2();
+    field.e = field.e.map(|part| part * factor);
+    field.h = field.h.map(|part| part * factor);
+    exponent * std::f64::consts::LN_2
 }
 
 #[cfg(test)]

@@ -12,10 +12,10 @@
 //! this is the integral of the squared field over the layer.) `t = 2 q / S` needs the row `(q, 1)`, marched from the lit side
 //! down: `dt = -t (row dM v_bottom) / S`. One march up and one down serve all parameters.
 
+use super::layer::Field;
+use super::march::{Wave, parts, rescaled};
 use crate::Complex64;
-use crate::incidence::sqrt_upper;
 
-const I: Complex64 = Complex64::new(0.0, 1.0);
 const ZERO: Complex64 = Complex64::new(0.0, 0.0);
 
 /// What the march needs of a medium: `X = kz^2` and the weight `W`, 1 for s and n^2 for p.
@@ -46,128 +46,116 @@ impl Half {
     }
 }
 
-/// A layer's matrix times `exp(-decay)`, from its bottom to its top: `((a, b), (c, a))`.
+/// A layer's matrix times `exp(-decay)`, from its bottom to its top, or its derivative: the elements of [`Field::up`].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Matrix {
-    a: Complex64,
-    b: Complex64,
-    c: Complex64,
-    d: Complex64,
+    cos: Complex64,
+    over: Complex64,
+    under: Complex64,
 }
 
 impl Matrix {
-    fn times(&self, (e, h): (Complex64, Complex64)) -> (Complex64, Complex64) {
-        (self.a * e + self.b * h, self.c * e + self.d * h)
+    fn times(&self, field: &Field<f64>) -> Field<f64> {
+        let mut field = *field;
+        field.up(parts(self.cos), parts(self.over), parts(self.under));
+        field
     }
 
-    fn row_times(&self, (x, y): (Complex64, Complex64)) -> (Complex64, Complex64) {
-        (x * self.a + y * self.c, x * self.b + y * self.d)
+    /// A row from the left: the transposed matrix.
+    fn row_times(&self, row: &Field<f64>) -> Field<f64> {
+        Matrix { over: self.under, under: self.over, ..*self }.times(row)
     }
 }
 
-/// Sine and cosine of one layer, `cos(delta)` and `sin(delta)/kz` times `exp(-decay)`, and how the latter changes with kz^2.
+/// The wave of a layer, and how its sine changes with kz^2.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Phase {
-    cos: Complex64,
-    sin_over_kz: Complex64,
+    wave: Wave,
     sin_by_kz_squared: Complex64,
     k0_d: f64,
-    pub(super) decay: f64,
 }
 
 impl Phase {
     /// `k0_d` is `2 pi thickness / wavelength`.
     pub(super) fn new(kz_squared: Complex64, k0_d: f64) -> Phase {
-        let kz = sqrt_upper(kz_squared);
-        let decay = kz.im * k0_d;
+        let wave = Wave::new(kz_squared, k0_d);
         let square = kz_squared * (k0_d * k0_d);
-        if square.norm() < 0.04 {
-            // The closed forms are 0/0 at kz = 0. Six terms leave 0.04^6 / 13! < 1e-17.
-            let scale = (-decay).exp();
-            let series = |terms: [f64; 6]| terms.iter().rev().fold(ZERO, |sum, term| sum * square + term);
-            let cos = series([1.0, -1.0 / 2.0, 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40_320.0, -1.0 / 3_628_800.0]);
-            let sin = series([1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5_040.0, 1.0 / 362_880.0, -1.0 / 39_916_800.0]);
-            let slope = series([
-                -1.0 / 6.0,
-                2.0 / 120.0,
-                -3.0 / 5_040.0,
-                4.0 / 362_880.0,
-                -5.0 / 39_916_800.0,
-                6.0 / 6_227_020_800.0,
-            ]);
-            let (sin_over_kz, sin_by_kz_squared) = (sin * k0_d * scale, slope * k0_d.powi(3) * scale);
-            return Phase { cos: cos * scale, sin_over_kz, sin_by_kz_squared, k0_d, decay };
-        }
-        let (sin, cos) = (kz.re * k0_d).sin_cos();
-        // exp(-i delta) is of size 1 after scaling, exp(i delta) of size exp(-2 decay).
-        let small = (-2.0 * decay).exp();
-        let (cosh, sinh) = (0.5 * (1.0 + small), -0.5 * (-2.0 * decay).exp_m1());
-        let cos = Complex64::new(cos * cosh, -sin * sinh);
-        let sin_over_kz = Complex64::new(sin * cosh, (kz.re * k0_d).cos() * sinh) / kz;
-        let sin_by_kz_squared = (k0_d * cos - sin_over_kz) / (2.0 * kz_squared);
-        Phase { cos, sin_over_kz, sin_by_kz_squared, k0_d, decay }
+        let sin_by_kz_squared = if square.norm() < 0.04 {
+            // The closed form is 0/0 at kz = 0. Six terms leave 0.04^6 / 13! < 1e-17.
+            let terms =
+                [-1.0 / 6.0, 2.0 / 120.0, -3.0 / 5_040.0, 4.0 / 362_880.0, -5.0 / 39_916_800.0, 6.0 / 6_227_020_800.0];
+            let slope = terms.iter().rev().fold(ZERO, |sum, term| sum * square + term);
+            slope * k0_d.powi(3) * (-wave.decay).exp()
+        } else {
+            (k0_d * wave.cos - wave.sin_over_kz) / (2.0 * kz_squared)
+        };
+        Phase { wave, sin_by_kz_squared, k0_d }
+    }
+
+    /// `|Im delta|`.
+    pub(super) fn decay(&self) -> f64 {
+        self.wave.decay
     }
 
     pub(super) fn matrix(&self, of: &Half) -> Matrix {
-        Matrix {
-            a: self.cos,
-            b: -I * of.weight * self.sin_over_kz,
-            c: -I * of.kz_squared / of.weight * self.sin_over_kz,
-            d: self.cos,
-        }
+        let sin = self.wave.sin_over_kz;
+        Matrix { cos: self.wave.cos, over: of.weight * sin, under: of.kz_squared / of.weight * sin }
     }
 
     /// The matrix's derivative with respect to `k0` times the thickness.
     fn by_thickness(&self, of: &Half) -> Matrix {
-        let diagonal = -of.kz_squared * self.sin_over_kz;
-        Matrix { a: diagonal, b: -I * of.weight * self.cos, c: -I * of.kz_squared / of.weight * self.cos, d: diagonal }
+        let cos = self.wave.cos;
+        Matrix {
+            cos: -of.kz_squared * self.wave.sin_over_kz,
+            over: of.weight * cos,
+            under: of.kz_squared / of.weight * cos,
+        }
     }
 
     fn by_kz_squared(&self, of: &Half) -> Matrix {
-        let diagonal = -0.5 * self.k0_d * self.sin_over_kz;
+        let (sin, slope) = (self.wave.sin_over_kz, self.sin_by_kz_squared);
         Matrix {
-            a: diagonal,
-            b: -I * of.weight * self.sin_by_kz_squared,
-            c: -I * (self.sin_over_kz + of.kz_squared * self.sin_by_kz_squared) / of.weight,
-            d: diagonal,
+            cos: -0.5 * self.k0_d * sin,
+            over: of.weight * slope,
+            under: (sin + of.kz_squared * slope) / of.weight,
         }
     }
 
     fn by_weight(&self, of: &Half) -> Matrix {
-        let upper = -I * self.sin_over_kz;
-        Matrix { a: ZERO, b: upper, c: I * of.kz_squared / (of.weight * of.weight) * self.sin_over_kz, d: ZERO }
+        let sin = self.wave.sin_over_kz;
+        Matrix { cos: ZERO, over: sin, under: -of.kz_squared / (of.weight * of.weight) * sin }
     }
 }
 
 /// Fields at the interfaces of a run, each times a factor whose logarithm is kept beside it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scaled {
-    pub(super) pair: (Complex64, Complex64),
+    pub(super) field: Field<f64>,
     pub(super) log: f64,
 }
 
 impl Scaled {
-    pub(super) fn new(pair: (Complex64, Complex64)) -> Scaled {
-        Scaled { pair, log: 0.0 }
+    pub(super) fn new((e, h): (Complex64, Complex64)) -> Scaled {
+        Scaled { field: Field { e: parts(e), h: parts(h) }, log: 0.0 }
+    }
+
+    /// The two fields.
+    pub(super) fn pair(&self) -> (Complex64, Complex64) {
+        let [e, h] = [self.field.e, self.field.h].map(|[re, im]| Complex64::new(re, im));
+        (e, h)
     }
 
     pub(super) fn up(self, phase: &Phase, of: &Half) -> Scaled {
-        Scaled::balanced(phase.matrix(of).times(self.pair), self.log + phase.decay)
+        Scaled::balanced(phase.matrix(of).times(&self.field), self.log + phase.decay())
     }
 
     fn down_row(self, phase: &Phase, of: &Half) -> Scaled {
-        Scaled::balanced(phase.matrix(of).row_times(self.pair), self.log + phase.decay)
+        Scaled::balanced(phase.matrix(of).row_times(&self.field), self.log + phase.decay())
     }
 
-    /// The stop band of a long mirror grows without absorption; a power of two keeps every digit.
-    fn balanced(pair: (Complex64, Complex64), log: f64) -> Scaled {
-        let size = pair.0.norm() + pair.1.norm();
-        if !(size > 0.0 && size.is_finite()) || (1e-60..1e60).contains(&size) {
-            return Scaled { pair, log };
-        }
-        let exponent = size.log2().floor();
-        let factor = (-exponent).exp2();
-        Scaled { pair: (pair.0 * factor, pair.1 * factor), log: log + exponent * std::f64::consts::LN_2 }
+    fn balanced(mut field: Field<f64>, log: f64) -> Scaled {
+        let taken = rescaled(&mut field);
+        Scaled { field, log: log + taken }
     }
 }
 
@@ -250,7 +238,7 @@ pub(super) fn run(
     let fields = march(halves, phases, top, bottom, from_below);
     let layers: Vec<usize> = layers_from_dark(top, bottom, from_below).collect();
     let end = fields[layers.len()];
-    let (e, h) = end.pair;
+    let (e, h) = end.pair();
     let q = halves[lit].q();
     let sum = q * e + h;
     if sum.norm_sqr() == 0.0 || !sum.is_finite() {
@@ -267,11 +255,12 @@ pub(super) fn run(
     for (step, &medium) in layers.iter().enumerate().rev() {
         let (half, phase) = (&halves[medium], &phases[medium - 1]);
         let (below, above) = (fields[step], fields[step + 1]);
-        let of_r = factor * (above.log + below.log + phase.decay - 2.0 * end.log).exp();
-        let of_t = -(row.log + phase.decay + below.log - end.log).exp() / sum;
+        let of_r = factor * (above.log + below.log + phase.decay() - 2.0 * end.log).exp();
+        let of_t = -(row.log + phase.decay() + below.log - end.log).exp() / sum;
         let slopes = |change: &Matrix| {
-            let (de, dh) = change.times(below.pair);
-            (of_r * (above.pair.1 * de - above.pair.0 * dh), of_t * (row.pair.0 * de + row.pair.1 * dh))
+            let (de, dh) = Scaled { field: change.times(&below.field), log: 0.0 }.pair();
+            let ((e, h), (x, y)) = (above.pair(), row.pair());
+            (of_r * (h * de - e * dh), of_t * (x * de + y * dh))
         };
         let (by_r, by_t) = slopes(&phase.by_thickness(half));
         r_slopes.thickness[medium - 1] += k0 * by_r;
@@ -285,13 +274,14 @@ pub(super) fn run(
         row = row.down_row(phase, half);
     }
     r_slopes.add_q(-factor * (-2.0 * end.log).exp(), dark, &halves[dark]);
-    t_slopes.add_q(-row.pair.1 * (row.log - end.log).exp() / sum, dark, &halves[dark]);
+    t_slopes.add_q(-row.pair().1 * (row.log - end.log).exp() / sum, dark, &halves[dark]);
     Some(Run { r, t, r_slopes, t_slopes })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::incidence::sqrt_upper;
 
     /// `kz^2`, `k0 d`, `sin(delta)/kz` and its derivative with respect to `kz^2` (mpmath, 40 digits); the series ends at
     /// a modulus of 0.04 of `delta^2`.
@@ -325,8 +315,8 @@ mod tests {
             (c(-4.0, 1.0), 3.0, c(84.54614419135727, -60.589758450184156), c(-55.72845198668879, 32.15009857133392)),
         ] {
             let phase = Phase::new(kz_squared, k0_d);
-            let scale = phase.decay.exp();
-            assert!((phase.sin_over_kz * scale - sin_over_kz).norm() < 1e-15 * sin_over_kz.norm(), "{kz_squared}");
+            let scale = phase.decay().exp();
+            assert!((phase.wave.sin_over_kz * scale - sin_over_kz).norm() < 1e-15 * sin_over_kz.norm(), "{kz_squared}");
             // The closed form loses the digits of delta^2, about two at the switch.
             assert!((phase.sin_by_kz_squared * scale - slope).norm() < 3e-14 * slope.norm(), "{kz_squared}");
         }
@@ -338,7 +328,7 @@ mod tests {
         let half = Half::new(square, sqrt_upper(square), weight);
         let phase = Phase::new(square, 2.2);
         let m = phase.matrix(&half);
-        let determinant = (m.a * m.d - m.b * m.c) * (2.0 * phase.decay).exp();
+        let determinant = (m.cos * m.cos + m.over * m.under) * (2.0 * phase.decay()).exp();
         assert!((determinant - 1.0).norm() < 1e-14, "{determinant}");
     }
 }

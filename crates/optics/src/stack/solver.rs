@@ -2,7 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::march::{Field, Wave};
+use super::layer::Field;
+use super::march::{Wave, parts, up};
 use super::slabs::averages;
 use crate::fresnel::{Amplitudes, Polarization};
 use crate::incidence::{Incidence, sqrt_upper};
@@ -218,26 +219,27 @@ impl Solver {
         let (lit, dark) = if from_below { (bottom, top) } else { (top, bottom) };
         // Re(kz/n^2) for p, not Re(n conj(cos)): the same number, and exactly 0 beyond a critical angle.
         let leaving_q = self.q(dark, polarization);
-        let mut field = Field::leaving(leaving_q);
+        let mut field = Field::leaving(parts(leaving_q));
         let mut log = 0.0_f64;
         at_interface(leaving_q.re, 0.0);
         for step in 1..bottom - top {
             let medium = if from_below { top + step } else { bottom - step };
             let weight = if polarization == Polarization::P { self.n_squared[medium] } else { one };
-            let step_log = field.up(&self.waves[medium - 1], weight);
+            let step_log = up(&mut field, &self.waves[medium - 1], weight);
             log += step_log;
             at_interface(field.flux(), step_log);
         }
         let q = self.q(lit, polarization);
-        let incident = q * field.e;
-        let sum = incident + field.h;
+        let [e, h] = [field.e, field.h].map(|[re, im]| Complex64::new(re, im));
+        let incident = q * e;
+        let sum = incident + h;
         if sum.norm_sqr() == 0.0 || !sum.is_finite() {
             return Err(lasing());
         }
         let unit = 2.0 * q / sum;
         let norm = unit.norm_sqr();
         Ok(Light {
-            r: (incident - field.h) / sum,
+            r: (incident - h) / sum,
             t: unit * (-log).exp(),
             incident_q: q.re,
             leaving_q: leaving_q.re,

@@ -18,9 +18,9 @@ mod run;
 mod single;
 
 use fearless_simd::Level;
-#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-use fearless_simd::Simd;
+use iridesce_numerics::simd;
 
+pub use iridesce_numerics::simd::levels;
 pub use march::Power;
 
 use self::axes::{Axis, Walk, axes_of};
@@ -97,7 +97,7 @@ impl<'a> Sweep<'a> {
     /// A sweep, or `None` where the vector kernels do not cover the stack or something is not as [`super::check`] wants it:
     /// the point by point solution will do it, or say what is wrong.
     pub fn new(request: SweepRequest<'a>) -> Option<Sweep<'a>> {
-        Sweep::at_level(request, Level::new())
+        Sweep::at_level(request, simd::level_or_best())
     }
 
     /// The same, held to one level of SIMD.
@@ -192,24 +192,5 @@ impl<'a> Sweep<'a> {
         let (expected, got) = (self.count, out.len());
         let wrong = || OpticsError::Argument(format!("out must have {expected} elements, got {got}"));
         self.tasks(out).ok_or_else(wrong)
-    }
-}
-
-/// Every level of SIMD that this machine has, from the plainest on: for tests and measurements.
-pub fn levels() -> Vec<Level> {
-    let best = Level::new();
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    {
-        let levels = [
-            best.as_sse2().map(Simd::level),
-            best.as_sse4_2().map(Simd::level),
-            best.as_avx2().map(Simd::level),
-            best.as_avx512().map(Simd::level),
-        ];
-        levels.into_iter().flatten().collect()
-    }
-    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
-    {
-        vec![best]
     }
 }

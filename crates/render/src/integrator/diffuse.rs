@@ -8,6 +8,7 @@
 //! only; in mirrors, by BSDF sampling only.
 
 use fearless_simd::{Simd, f32x16, prelude::*};
+use iridesce_numerics::Vec3;
 
 use super::escape::Share;
 use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Scattered, Sums, Target, Tracer};
@@ -16,7 +17,6 @@ use crate::failure::PathFailure;
 use crate::geometry::{Hit, cone_direction, frame, nearest};
 use crate::prepare::Material;
 use crate::sampler::Choices;
-use crate::vector::Vec3;
 
 /// After a diffuse hit a branch survives for certain down to this share of its luminance: its direction was a matter of
 /// chance, so that what follows need not be followed to the last detail.

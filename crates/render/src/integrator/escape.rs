@@ -1,10 +1,11 @@
 //! Paths that escape to the lights that depend on direction, sixteen at a time.
 
 use fearless_simd::{Simd, f32x16, prelude::*};
+use iridesce_numerics::Vec3;
+use iridesce_numerics::lanes::SINGLES as LANES;
+use iridesce_numerics::lanes::Singles as Lanes;
 
 use super::{Sums, Tracer};
-use crate::lanes::{LANES, Lanes};
-use crate::vector::Vec3;
 
 /// Weights of a path in multiple importance sampling: what of the light out there is its own, where light sampling finds
 /// the rest.

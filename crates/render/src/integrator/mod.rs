@@ -21,17 +21,18 @@ mod specular;
 mod tests;
 
 use fearless_simd::{Simd, f32x16, prelude::*};
+use iridesce_numerics::Vec3;
+use iridesce_numerics::lanes::SINGLES as LANES;
+use iridesce_numerics::lanes::Singles as Lanes;
+use iridesce_numerics::turns::exp2;
 
 use self::escape::{Escaped, Share};
 use crate::camera::Ray;
 use crate::failure::PathFailure;
-use crate::film::exp2;
 use crate::geometry::{Hit, frame, nearest};
-use crate::lanes::{LANES, Lanes};
 use crate::medium_stack::MediumStack;
 use crate::prepare::{Material, Prepared, Spectra};
 use crate::sampler::Choices;
-use crate::vector::Vec3;
 
 /// Luminance (of 1 at the camera) below which a branch survives only by chance. One such choice makes noise of at most
 /// half of this times the deviation of the light from its mean; docs/evidence/performance.md has the trade against time.
@@ -242,7 +243,7 @@ impl<'a> Tracer<'a> {
         let distance = path.hit.distance as f32;
         let components = if path.in_plane { 2 } else { 4 };
         for (block, rate) in rate.iter().enumerate() {
-            let passes = exp2(simd, rate.load(simd) * -distance);
+            let passes = exp2(rate.load(simd) * -distance);
             for component in 0..components {
                 let at = self.at(path.slot, component, block);
                 let left = self.arena[at].load(simd) * passes;

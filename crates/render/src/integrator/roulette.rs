@@ -5,12 +5,12 @@
 //! difference from that is left to chance.
 
 use fearless_simd::Simd;
+use iridesce_numerics::Vec3;
 
 use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Sums, Target, Tracer};
 use crate::geometry::Hit;
 use crate::medium_stack::MediumStack;
 use crate::sampler::Choices;
-use crate::vector::Vec3;
 
 /// So many hits beyond `max_depth` a walk is taken to be caught for good, as by total reflection in clear glass.
 const LONG_WALK: u32 = 100;

@@ -1,17 +1,17 @@
 //! Films, coatings and bare surfaces: light is mirrored and passes, at every wavelength in its own share.
 
 use fearless_simd::{Simd, f32x16, prelude::*};
+use iridesce_numerics::Vec3;
+use iridesce_numerics::lanes::Singles as Lanes;
 
 use super::roulette::Onward;
 use super::{Continuation, Path, SAME_PLANE, Scattered, Sums, Target, Tracer};
 use crate::coating::{IndexTable, LayersAt, Sequence};
 use crate::failure::PathFailure;
 use crate::film::{Beam, Mueller, Response};
-use crate::lanes::Lanes;
 use crate::prepare::{CoatedSurface, FilmSurface};
 use crate::refraction::{ratio, refracted_direction};
 use crate::sampler::Choices;
-use crate::vector::Vec3;
 
 /// Directions of one refracted path that differ by less than this over the spectrum (radians) count as one: a tenth of
 /// a pixel of any picture.

@@ -4,15 +4,16 @@
 //! matrix times `exp(-|Im delta|)`, the logarithms added up. The sign that is lost with whole half turns of phase turns
 //! both fields over, which no power can tell.
 
-use fearless_simd::{Simd, prelude::*};
+use fearless_simd::Simd;
+use iridesce_numerics::complex::{Complex, mul};
+use iridesce_numerics::turns::{exp_m1, sin_cos_pi, within_half_turn};
+use iridesce_numerics::{F64s, Number};
 
-use super::lanes::{LANES, Lane, exp_m1, sin_cos_pi, within_half_turn};
+use super::lanes::{LANES, Lane};
+use crate::stack::layer::{Field, Turn};
 
 /// A complex number a lane.
 pub(super) type Pair = [Lane; 2];
-/// A complex number in registers.
-type Complex<V> = [V; 2];
-
 /// A layer of one medium, for a block of rows. For s the fields are `(E_y, H_x)`, for p `(H_y, E_x)`; `w` is 1 or n^2:
 /// what the sine is multiplied by, `w/kz` above and `kz/w` below the diagonal.
 #[derive(Debug, Clone)]
@@ -74,52 +75,8 @@ pub enum Power {
     Absorptance,
 }
 
-/// `c` and `s` of one layer: cos(delta) and sin(delta), both times exp(-|Im delta|).
-#[derive(Clone, Copy)]
-struct Turn<V> {
-    cos: Complex<V>,
-    sin: Complex<V>,
-}
-
 #[inline(always)]
-fn mul<S: Simd>(a: Complex<S::f64s>, b: Complex<S::f64s>) -> Complex<S::f64s> {
-    [a[0].mul_sub(b[0], a[1] * b[1]), a[0].mul_add(b[1], a[1] * b[0])]
-}
-
-/// The tangential fields of one polarisation.
-#[derive(Clone, Copy)]
-struct Field<V> {
-    e: Complex<V>,
-    h: Complex<V>,
-}
-
-impl<V: Copy> Field<V> {
-    /// Through a layer with real matrix elements.
-    #[inline(always)]
-    fn up_real<S: Simd<f64s = V>>(&mut self, cos: V, over: V, under: V)
-    where
-        V: SimdFloat<S>,
-    {
-        let (e, h) = (self.e, self.h);
-        self.e = [cos.mul_add(e[0], over * h[1]), cos.mul_sub(e[1], over * h[0])];
-        self.h = [cos.mul_add(h[0], under * e[1]), cos.mul_sub(h[1], under * e[0])];
-    }
-
-    /// Through any layer.
-    #[inline(always)]
-    fn up_complex<S: Simd<f64s = V>>(&mut self, cos: Complex<V>, over: Complex<V>, under: Complex<V>)
-    where
-        V: SimdFloat<S>,
-    {
-        let (c_e, c_h) = (mul::<S>(cos, self.e), mul::<S>(cos, self.h));
-        let (b, d) = (mul::<S>(over, self.h), mul::<S>(under, self.e));
-        self.e = [c_e[0] + b[1], c_e[1] - b[0]];
-        self.h = [c_h[0] + d[1], c_h[1] - d[0]];
-    }
-}
-
-#[inline(always)]
-fn load_pair<S: Simd>(simd: S, pair: &Pair, at: usize) -> Complex<S::f64s> {
+fn load_pair<S: Simd>(simd: S, pair: &Pair, at: usize) -> Complex<F64s<S>> {
     [pair[0].load(simd, at), pair[1].load(simd, at)]
 }
 
@@ -137,9 +94,9 @@ pub(super) fn march<S: Simd, const FROM: usize, const UNTIL: usize>(
     power: Power,
     out: &mut Lane,
 ) {
-    for at in (0..LANES).step_by(S::f64s::LEN) {
-        let one = S::f64s::splat(simd, 1.0);
-        let zero = S::f64s::splat(simd, 0.0);
+    for at in (0..LANES).step_by(F64s::<S>::LEN) {
+        let one = F64s::splat(simd, 1.0);
+        let zero = F64s::splat(simd, 0.0);
         let mut fields = [Field { e: [one, zero], h: [zero, zero] }; 2];
         for polarization in FROM..UNTIL {
             fields[polarization].h = load_pair(simd, &rows.last[polarization], at);
@@ -148,28 +105,28 @@ pub(super) fn march<S: Simd, const FROM: usize, const UNTIL: usize>(
         for (&medium, length) in layers.iter().zip(thickness_nm).rev() {
             let layer = &rows.media[medium];
             let length = length.load(simd, at);
-            let (sin, cos) = sin_cos_pi(simd, within_half_turn(simd, layer.rate.load(simd, at), length));
+            let (sin, cos) = sin_cos_pi(within_half_turn(layer.rate.load(simd, at), length));
             if real[medium] {
                 for polarization in FROM..UNTIL {
                     let over = layer.over[polarization][0].load(simd, at) * sin;
                     let under = layer.under[polarization][0].load(simd, at) * sin;
-                    fields[polarization].up_real::<S>(cos, over, under);
+                    fields[polarization].up_real(cos, over, under);
                 }
             } else {
                 let decay = layer.loss.load(simd, at) * length;
-                log += decay;
+                log = log + decay;
                 // cosh and sinh times exp(-decay); exp - 1 keeps the digits of sinh for thin layers.
-                let sinh = exp_m1(simd, decay * -2.0).0 * -0.5;
+                let sinh = exp_m1(decay * -2.0).0 * -0.5;
                 let cosh = one - sinh;
-                let turn = Turn { cos: [cos * cosh, -(sin * sinh)], sin: [sin * cosh, cos * sinh] };
+                let turn = Turn::new(sin, cos, cosh, sinh);
                 for polarization in FROM..UNTIL {
-                    let over = mul::<S>(load_pair(simd, &layer.over[polarization], at), turn.sin);
-                    let under = mul::<S>(load_pair(simd, &layer.under[polarization], at), turn.sin);
-                    fields[polarization].up_complex::<S>(turn.cos, over, under);
+                    let over = mul(load_pair(simd, &layer.over[polarization], at), turn.sin);
+                    let under = mul(load_pair(simd, &layer.under[polarization], at), turn.sin);
+                    fields[polarization].up(turn.cos, over, under);
                 }
             }
         }
-        let passed = if power == Power::Reflectance { one } else { exp_m1(simd, -log).1 };
+        let passed = if power == Power::Reflectance { one } else { exp_m1(-log).1 };
         let mut parts = [(one, one); 2];
         for polarization in FROM..UNTIL {
             let Field { e, h } = fields[polarization];
@@ -183,7 +140,7 @@ pub(super) fn march<S: Simd, const FROM: usize, const UNTIL: usize>(
                 }
                 Power::Transmittance => rows.last[polarization][0].load(simd, at) * q * 4.0,
                 Power::Absorptance => {
-                    let entering = e[0].mul_add(h[0], e[1] * h[1]);
+                    let entering = fields[polarization].flux();
                     let leaving = rows.last[polarization][0].load(simd, at) * passed * passed;
                     (entering - leaving) * q * 4.0 * rows.absorbs.load(simd, at)
                 }
@@ -196,7 +153,7 @@ pub(super) fn march<S: Simd, const FROM: usize, const UNTIL: usize>(
             // One division for two ratios; their product stays within range where both do.
             let (other, other_all) = parts[UNTIL - 1];
             share = share.mul_add(other_all, other * all) * 0.5;
-            all *= other_all;
+            all = all * other_all;
         }
         let value = match power {
             Power::Reflectance => (share / all).min(one),
@@ -204,7 +161,7 @@ pub(super) fn march<S: Simd, const FROM: usize, const UNTIL: usize>(
             Power::Transmittance => share / all * passed * passed,
             Power::Absorptance => share / all,
         };
-        let in_range = all.simd_gt(S::f64s::splat(simd, 1e-250)) & all.simd_lt(S::f64s::splat(simd, 1e250));
-        out.store::<S>(at, in_range.select(value, S::f64s::splat(simd, f64::NAN)));
+        let in_range = all.gt(F64s::splat(simd, 1e-250)) & all.lt(F64s::splat(simd, 1e250));
+        out.store::<S>(at, Number::select(in_range, value, F64s::splat(simd, f64::NAN)));
     }
 }

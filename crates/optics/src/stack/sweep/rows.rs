@@ -2,12 +2,16 @@
 
 use std::f64::consts::TAU;
 
-use fearless_simd::{Simd, prelude::*};
+use fearless_simd::{Simd, SimdMask};
+use iridesce_numerics::Lanes;
+use iridesce_numerics::complex::{inverse, mul, square_root};
+use iridesce_numerics::{F64s, Number};
 
-use super::film::{FilmRows, prepare_part};
+use super::film::{FilmRows, LEAST_LEFT};
 use super::lanes::{LANES, Lane, MOST_HALF_TURNS};
 use super::march::{Pair, StackRows};
 use crate::Complex64;
+use crate::film::kernel::Fringes;
 use crate::incidence::Incidence;
 
 /// The arguments of a block of rows, gathered. Lanes past the last row repeat it.
@@ -31,7 +35,7 @@ const LEAST_KZ_SQUARED: f64 = 1e-18;
 impl Block {
     pub(super) fn new(media: usize, first: usize, incidence: Incidence) -> Block {
         Block {
-            wavelength_nm: Lane([1.0; LANES]),
+            wavelength_nm: Lanes([1.0; LANES]),
             incidence: [incidence; LANES],
             cos_theta: Lane::ZERO,
             sin_theta: Lane::ZERO,
@@ -63,19 +67,19 @@ impl Block {
     pub(super) fn wavenumbers<S: Simd>(&mut self, simd: S) {
         let mut cancels = false;
         for ([re, im], out) in self.n.iter().zip(&mut self.kz_squared) {
-            for at in (0..LANES).step_by(S::f64s::LEN) {
+            for at in (0..LANES).step_by(F64s::<S>::LEN) {
                 let (n, k) = (re.load(simd, at), im.load(simd, at));
                 let n_first = self.n[self.first][0].load(simd, at);
                 let first = n_first * self.cos_theta.load(simd, at);
                 let first = first * first;
                 let along = n_first * self.sin_theta.load(simd, at);
-                let is_small = (n * n).simd_lt(first);
+                let is_small = (n * n).lt(first);
                 // (n - a)(n + a) + b, as the scalar form has it.
-                let apart = is_small.select(along, n_first);
-                let added = is_small.select(S::f64s::splat(simd, 0.0), first);
+                let apart = Number::select(is_small, along, n_first);
+                let added = Number::select(is_small, F64s::splat(simd, 0.0), first);
                 let square = (n - apart).mul_add(n + apart, added - k * k);
-                let cancelling = is_small.select(along * along, first);
-                cancels |= square.abs().simd_lt(cancelling * 1e-3).any_true();
+                let cancelling = Number::select(is_small, along * along, first);
+                cancels |= square.abs().lt(cancelling * 1e-3).any_true();
                 out[0].store::<S>(at, square);
                 out[1].store::<S>(at, n * k * 2.0);
             }
@@ -105,14 +109,14 @@ impl Block {
             if thickest < 0.0 {
                 continue;
             }
-            for at in (0..LANES).step_by(S::f64s::LEN) {
+            for at in (0..LANES).step_by(F64s::<S>::LEN) {
                 let size = re.load(simd, at).abs() + im.load(simd, at).abs();
                 let most = self.wavelength_nm.load(simd, at) * MOST_HALF_TURNS;
                 // 2 |kz| t / lambda < most half turns, without roots and quotients; an overflow counts as too many.
-                let sound = size.simd_ge(S::f64s::splat(simd, LEAST_KZ_SQUARED))
-                    & (size * (4.0 * thickest * thickest)).simd_lt(most * most);
+                let sound =
+                    size.ge(F64s::splat(simd, LEAST_KZ_SQUARED)) & (size * (4.0 * thickest * thickest)).lt(most * most);
                 if !sound.all_true() {
-                    for lane in 0..S::f64s::LEN {
+                    for lane in 0..F64s::<S>::LEN {
                         self.odd[at + lane] |= !sound.test(lane);
                     }
                 }
@@ -132,7 +136,7 @@ impl Block {
         out: &mut FilmRows,
     ) {
         let share = 1.0 / (until - from) as f64;
-        for at in (0..LANES).step_by(S::f64s::LEN) {
+        for at in (0..LANES).step_by(F64s::<S>::LEN) {
             let n = [self.n[first][0].load(simd, at), self.n[film][0].load(simd, at), self.n[last][0].load(simd, at)];
             let kz_1 = n[0] * self.cos_theta.load(simd, at);
             let squares =
@@ -146,13 +150,14 @@ impl Block {
                     let y = [kz[0] / (n[0] * n[0]), kz[1] / (n[1] * n[1]), kz[2] / (n[2] * n[2])];
                     ([y[0] * y[0], y[1] * y[1], y[2] * y[2]], y)
                 };
-                let ([a, b, d], sound) = prepare_part(simd, squares, admittances, share, transmittance);
+                let Fringes { a, b, d } = Fringes::new(squares, admittances, share, transmittance);
                 let part = &mut out.parts[polarization - from];
                 part.a.store::<S>(at, a);
                 part.b.store::<S>(at, b);
                 part.d.store::<S>(at, d);
+                let sound = (d + 1.0).gt(F64s::splat(simd, LEAST_LEFT));
                 if !sound.all_true() {
-                    for lane in 0..S::f64s::LEN {
+                    for lane in 0..F64s::<S>::LEN {
                         self.odd[at + lane] |= !sound.test(lane);
                     }
                 }
@@ -166,8 +171,8 @@ impl Block {
         let last = of[of.len() - 1];
         let layers = &of[1..of.len() - 1];
         out.absorbs = Lane::ZERO;
-        for at in (0..LANES).step_by(S::f64s::LEN) {
-            let one = S::f64s::splat(simd, 1.0);
+        for at in (0..LANES).step_by(F64s::<S>::LEN) {
+            let one = F64s::splat(simd, 1.0);
             let per_wavelength = one / self.wavelength_nm.load(simd, at);
             let (half_turns, nepers) = (per_wavelength * 2.0, per_wavelength * TAU);
             let n_first = self.n[self.first][0].load(simd, at);
@@ -193,53 +198,30 @@ impl Block {
                     continue;
                 }
                 let k = self.n[medium][1].load(simd, at);
-                let kz = square_root(simd, [square, self.kz_squared[medium][1].load(simd, at)]);
+                let kz = square_root([square, self.kz_squared[medium][1].load(simd, at)]);
                 let n_squared = [n.mul_sub(n, k * k), n * k * 2.0];
-                let (over_kz, over_n_squared) = (inverse(simd, kz), inverse(simd, n_squared));
+                let (over_kz, over_n_squared) = (inverse(kz), inverse(n_squared));
                 layer.rate.store::<S>(at, kz[0] * half_turns);
                 layer.loss.store::<S>(at, kz[1] * nepers);
                 store::<S>(&mut layer.over[0], at, over_kz);
                 store::<S>(&mut layer.under[0], at, kz);
-                store::<S>(&mut layer.over[1], at, product::<S>(n_squared, over_kz));
-                store::<S>(&mut layer.under[1], at, product::<S>(kz, over_n_squared));
-                let absorbs = k.simd_gt(S::f64s::splat(simd, 0.0)) & n.simd_gt(S::f64s::splat(simd, 0.0));
-                out.absorbs.store::<S>(at, absorbs.select(one, out.absorbs.load(simd, at)));
+                store::<S>(&mut layer.over[1], at, mul(n_squared, over_kz));
+                store::<S>(&mut layer.under[1], at, mul(kz, over_n_squared));
+                let absorbs = k.gt(F64s::splat(simd, 0.0)) & n.gt(F64s::splat(simd, 0.0));
+                out.absorbs.store::<S>(at, Number::select(absorbs, one, out.absorbs.load(simd, at)));
             }
             let (n, k) = (self.n[last][0].load(simd, at), self.n[last][1].load(simd, at));
             let square = [self.kz_squared[last][0].load(simd, at), self.kz_squared[last][1].load(simd, at)];
-            let kz = square_root(simd, square);
+            let kz = square_root(square);
             let n_squared = [n.mul_sub(n, k * k), n * k * 2.0];
             store::<S>(&mut out.last[0], at, kz);
-            store::<S>(&mut out.last[1], at, product::<S>(kz, inverse(simd, n_squared)));
+            store::<S>(&mut out.last[1], at, mul(kz, inverse(n_squared)));
         }
     }
 }
 
-/// The square root with Im >= 0 of a number with Im >= 0, as [`crate::incidence`] takes it: both parts keep all digits.
 #[inline(always)]
-fn square_root<S: Simd>(simd: S, [re, im]: [S::f64s; 2]) -> [S::f64s; 2] {
-    let modulus = re.mul_add(re, im * im).sqrt();
-    let large = ((modulus + re.abs()) * 0.5).sqrt();
-    let zero = S::f64s::splat(simd, 0.0);
-    // 0/0 at the origin is kept out: such rows are odd, but may share a vector with others.
-    let small = im * 0.5 / large;
-    let forward = re.simd_ge(zero);
-    [forward.select(large, small), forward.select(small, large)]
-}
-
-#[inline(always)]
-fn inverse<S: Simd>(simd: S, [re, im]: [S::f64s; 2]) -> [S::f64s; 2] {
-    let over = S::f64s::splat(simd, 1.0) / re.mul_add(re, im * im);
-    [re * over, -(im * over)]
-}
-
-#[inline(always)]
-fn product<S: Simd>(a: [S::f64s; 2], b: [S::f64s; 2]) -> [S::f64s; 2] {
-    [a[0].mul_sub(b[0], a[1] * b[1]), a[0].mul_add(b[1], a[1] * b[0])]
-}
-
-#[inline(always)]
-fn store<S: Simd>(pair: &mut Pair, at: usize, [re, im]: [S::f64s; 2]) {
+fn store<S: Simd>(pair: &mut Pair, at: usize, [re, im]: [F64s<S>; 2]) {
     pair[0].store::<S>(at, re);
     pair[1].store::<S>(at, im);
 }

@@ -4,14 +4,13 @@
 //! 1e-7 of a half turn however thick the film is (a rounded thickness alone would cost 6e-8 of the whole phase). Where
 //! the machine does not fuse multiplication and addition, one rounding of the product remains.
 
-use fearless_simd::{Simd, prelude::*};
+use fearless_simd::Simd;
+use iridesce_numerics::turns::sin_squared_pi;
+use iridesce_numerics::{F32s, Number, Precision};
 
 use super::film::FilmRows;
+use crate::film::kernel::Fringes;
 
-/// sin(pi x) = x P(x^2) on [-1/2, 1/2]: P through five Chebyshev nodes, relative error 4e-8.
-const SIN_PI: [f32; 5] = [std::f32::consts::PI, -5.167_710_3, 2.550_077_4, -0.598_290_4, 0.077_655_91];
-/// Adding and taking away 1.5 * 2^23 rounds to the nearest integer; for arguments below 2^22.
-const ROUND: f32 = 12_582_912.0;
 /// Thicker films leave no room for the parts of the phase below.
 pub(super) const MOST_HALF_TURNS: f64 = 65_536.0;
 /// 1 + d s must not cancel: less than this left costs digits that single precision does not have.
@@ -46,29 +45,16 @@ impl Lengths {
 #[derive(Clone, Copy)]
 struct Row<V, const PARTS: usize> {
     rate: [V; 2],
-    parts: [[V; 3]; PARTS],
+    parts: [Fringes<V>; PARTS],
 }
 
 #[inline(always)]
-fn evaluate<S: Simd, const PARTS: usize>(simd: S, row: &Row<S::f32s, PARTS>, high: S::f32s, low: S::f32s) -> S::f32s {
-    let [zero, one, round] = [0.0, 1.0, ROUND].map(|x| S::f32s::splat(simd, x));
+fn evaluate<V: Number<Precision = f32>, const PARTS: usize>(row: &Row<V, PARTS>, high: V, low: V) -> V {
+    let round = high.like(f32::ROUND);
     let whole = row.rate[0].mul_add(high, round) - round;
     let small = row.rate[1].mul_add(high, row.rate[0] * low);
     let x = row.rate[0].mul_sub(high, whole) + small;
-    let y = x * x;
-    let mut sum = S::f32s::splat(simd, SIN_PI[4]);
-    for k in (0..4).rev() {
-        sum = sum.mul_add(y, S::f32s::splat(simd, SIN_PI[k]));
-    }
-    let s = y * (sum * sum);
-    let [a, b, d] = row.parts[0];
-    let (over, under) = (b.mul_add(s, a), d.mul_add(s, one));
-    if PARTS == 1 {
-        return (over / under).max(zero).min(one);
-    }
-    let [a, b, d] = row.parts[PARTS - 1];
-    let (over_2, under_2) = (b.mul_add(s, a), d.mul_add(s, one));
-    (over.mul_add(under_2, over_2 * under) / (under * under_2)).max(zero).min(one)
+    Fringes::sum(&row.parts, sin_squared_pi(x))
 }
 
 /// One row, all its thicknesses.
@@ -81,21 +67,22 @@ pub(super) fn along_thickness<S: Simd, const PARTS: usize>(
     out: &mut [f32],
 ) {
     let [high, low] = parts(rows.rate.0[row]);
-    let rate = [S::f32s::splat(simd, high), S::f32s::splat(simd, low)];
-    let mut coefficients = [[rate[0]; 3]; PARTS];
+    let rate = [F32s::splat(simd, high), F32s::splat(simd, low)];
+    let mut coefficients = [Fringes { a: rate[0], b: rate[0], d: rate[0] }; PARTS];
     for (part, of) in coefficients.iter_mut().zip(&rows.parts) {
-        let [a, b, d] = [of.a.0[row], of.b.0[row], of.d.0[row]];
-        *part = [S::f32s::splat(simd, a as f32), S::f32s::splat(simd, b as f32), S::f32s::splat(simd, d as f32)];
+        part.a = F32s::splat(simd, of.a.0[row] as f32);
+        part.b = F32s::splat(simd, of.b.0[row] as f32);
+        part.d = F32s::splat(simd, of.d.0[row] as f32);
     }
     let of_row = Row { rate, parts: coefficients };
-    let mut highs = lengths.high.chunks_exact(S::f32s::LEN);
-    let mut lows = lengths.low.chunks_exact(S::f32s::LEN);
-    let mut results = out.chunks_exact_mut(S::f32s::LEN);
+    let mut highs = lengths.high.chunks_exact(F32s::<S>::LEN);
+    let mut lows = lengths.low.chunks_exact(F32s::<S>::LEN);
+    let mut results = out.chunks_exact_mut(F32s::<S>::LEN);
     for ((high, low), result) in (&mut highs).zip(&mut lows).zip(&mut results) {
-        let (high, low) = (S::f32s::from_slice(simd, high), S::f32s::from_slice(simd, low));
-        evaluate(simd, &of_row, high, low).store_slice(result);
+        let (high, low) = (F32s::from_slice(simd, high), F32s::from_slice(simd, low));
+        evaluate(&of_row, high, low).store_slice(result);
     }
-    let (count, lanes) = (out.len(), S::f32s::LEN);
+    let (count, lanes) = (out.len(), F32s::<S>::LEN);
     if count.is_multiple_of(lanes) {
         return;
     }
@@ -103,15 +90,15 @@ pub(super) fn along_thickness<S: Simd, const PARTS: usize>(
         // The last vector reaches back into what is done already.
         let last = count - lanes;
         let (high, low) = (&lengths.high[last..], &lengths.low[last..]);
-        let (high, low) = (S::f32s::from_slice(simd, high), S::f32s::from_slice(simd, low));
-        evaluate(simd, &of_row, high, low).store_slice(&mut out[last..]);
+        let (high, low) = (F32s::from_slice(simd, high), F32s::from_slice(simd, low));
+        evaluate(&of_row, high, low).store_slice(&mut out[last..]);
         return;
     }
     // 16 lanes are the most that any level has.
     let (mut high, mut low, mut result) = ([0.0; 16], [0.0; 16], [0.0; 16]);
     high[..count].copy_from_slice(&lengths.high);
     low[..count].copy_from_slice(&lengths.low);
-    let (high, low) = (S::f32s::from_slice(simd, &high[..lanes]), S::f32s::from_slice(simd, &low[..lanes]));
-    evaluate(simd, &of_row, high, low).store_slice(&mut result[..lanes]);
+    let (high, low) = (F32s::from_slice(simd, &high[..lanes]), F32s::from_slice(simd, &low[..lanes]));
+    evaluate(&of_row, high, low).store_slice(&mut result[..lanes]);
     out.copy_from_slice(&result[..count]);
 }
