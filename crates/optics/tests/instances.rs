@@ -106,7 +106,10 @@ fn every_instance_gives_the_same_film_and_the_same_layer() {
                 for (place, (got, wanted)) in got.into_iter().zip(wanted).enumerate() {
                     let ulp = (got - wanted).abs() / (unit * wanted.abs().max(1.0));
                     worst[usize::from(is_single)] = worst[usize::from(is_single)].max(ulp);
-                    assert!(ulp <= MOST_ULP, "{level:?} {name}, answer {place} of {x:?}: {got} for {wanted}: {ulp} ulp");
+                    assert!(
+                        ulp <= MOST_ULP,
+                        "{level:?} {name}, answer {place} of {x:?}: {got} for {wanted}: {ulp} ulp"
+                    );
                 }
             }
         }
