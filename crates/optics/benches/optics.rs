@@ -64,15 +64,16 @@ impl Grid {
 
     fn sweep(&self, power: Power, polarization: Polarization, level: Level) -> Sweep<'_> {
         let request = SweepRequest {
-            power,
+            quantity: iridesce_optics::stack::sweep::Quantity::Power(power),
             polarization,
+            coherent: vec![true; self.thickness_nm.len()],
             indices: self.indices.iter().map(Vec::as_slice).collect(),
             shape: self.shape.to_vec(),
             wavelength_nm: Operand { values: &self.wavelength_nm, strides: vec![1, 0, 0] },
             angle_deg: Operand { values: &self.angle_deg, strides: vec![0, 1, 0] },
             thickness_nm: self.thickness_nm.iter().map(|values| Operand { values, strides: vec![0, 0, 1] }).collect(),
         };
-        Sweep::at_level(request, level).expect("covered by the kernels")
+        Sweep::at_level(request, level).expect("sound")
     }
 
     fn count(&self) -> usize {
@@ -136,7 +137,7 @@ fn threads(chosen: &dyn Fn(&str) -> bool) {
                 let out = &mut out[..grid.count()];
                 let run = || {
                     best(grid.count(), || {
-                        let mut tasks = sweep.tasks(black_box(&mut *out)).expect("as long as the shape says");
+                        let mut tasks = sweep.tasks(black_box(&mut *out), &mut []).expect("as long as the shape says");
                         tasks.par_iter_mut().try_for_each(|task| sweep.run(task)).unwrap();
                     })
                 };

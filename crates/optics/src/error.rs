@@ -13,7 +13,19 @@ pub enum OpticsError {
     /// A wavelength outside the data of a medium.
     #[error("{0}")]
     OutsideData(String),
+    /// Something that cannot fit into memory.
+    #[error("{0}")]
+    Resource(String),
+    /// Long work was asked to stop, and did.
+    #[error("stopped")]
+    Stopped,
     /// A text (CSV, YAML) that does not hold what it should.
     #[error("{0}")]
     Data(String),
+}
+
+impl From<iridesce_numerics::simd::SimdError> for OpticsError {
+    fn from(error: iridesce_numerics::simd::SimdError) -> OpticsError {
+        OpticsError::Argument(error.to_string())
+    }
 }

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use iridesce_optics::incidence::Incidence;
-use iridesce_optics::stack::sweep::{Operand, Power, Sweep, SweepRequest, levels};
+use iridesce_optics::stack::sweep::{Operand, Power, Quantity, Sweep, SweepRequest, levels};
 use iridesce_optics::{Complex64, Polarization, stack};
 use serde_json::Value;
 
@@ -150,8 +150,9 @@ fn coherent_cases_by_vectors() {
         for level in levels() {
             let [reflectance, transmittance] = [Power::Reflectance, Power::Transmittance].map(|power| {
                 let request = SweepRequest {
-                    power,
+                    quantity: Quantity::Power(power),
                     polarization: polarization(value),
+                    coherent: vec![true; case.d_nm.len()],
                     indices: case.n.iter().map(std::slice::from_ref).collect(),
                     shape: Vec::new(),
                     wavelength_nm: one(std::slice::from_ref(&case.wavelength_nm)),
@@ -159,7 +160,8 @@ fn coherent_cases_by_vectors() {
                     thickness_nm: case.d_nm.iter().map(|d| one(std::slice::from_ref(d))).collect(),
                 };
                 let mut out = [f64::NAN];
-                Sweep::at_level(request, level).map(|sweep| sweep.evaluate(&mut out).map(|()| out[0]).unwrap())
+                let sweep = Sweep::at_level(request, level).unwrap();
+                sweep.is_vectorised().then(|| sweep.evaluate(&mut out).map(|()| out[0]).unwrap())
             });
             let (Some(reflectance), Some(transmittance)) = (reflectance, transmittance) else {
                 continue;

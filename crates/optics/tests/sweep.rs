@@ -7,10 +7,11 @@
 mod random;
 
 use fearless_simd::Level;
+use iridesce_numerics::Watch;
 use iridesce_optics::incidence::Incidence;
-use iridesce_optics::stack::sweep::{Operand, Power, Sweep, SweepRequest, levels};
+use iridesce_optics::stack::sweep::{Operand, Power, Quantity, Sweep, SweepRequest, levels};
 use iridesce_optics::stack::{self, Solver};
-use iridesce_optics::{Complex64, Polarization};
+use iridesce_optics::{Complex64, OpticsError, Polarization};
 use random::Random;
 
 const POWERS: [Power; 3] = [Power::Reflectance, Power::Transmittance, Power::Absorptance];
@@ -29,8 +30,9 @@ struct Problem {
 impl Problem {
     fn request(&self, power: Power, polarization: Polarization) -> SweepRequest<'_> {
         SweepRequest {
-            power,
+            quantity: Quantity::Power(power),
             polarization,
+            coherent: vec![true; self.thickness_nm.len()],
             indices: self.indices.iter().map(Vec::as_slice).collect(),
             shape: self.shape.clone(),
             wavelength_nm: Operand { values: &self.wavelength_nm.0, strides: self.wavelength_nm.1.clone() },
@@ -83,7 +85,8 @@ impl Problem {
         for power in POWERS {
             for light in POLARIZATIONS {
                 for level in levels() {
-                    let sweep = Sweep::at_level(self.request(power, light), level).expect("covered by the kernels");
+                    let sweep = Sweep::at_level(self.request(power, light), level).unwrap();
+                    assert!(sweep.is_vectorised());
                     let mut out = vec![f64::NAN; self.count()];
                     sweep.evaluate(&mut out).unwrap();
                     for (element, &got) in out.iter().enumerate() {
@@ -264,7 +267,7 @@ fn how_the_work_is_cut_up_changes_no_bit() {
     problem.angle_deg.0[3] = 89.99; // a row for the march among those of films
     let sweep = Sweep::new(problem.request(Power::Reflectance, Polarization::Unpolarized)).unwrap();
     let mut out = vec![0.0; problem.count()];
-    let mut tasks = sweep.tasks(&mut out).unwrap();
+    let mut tasks = sweep.tasks(&mut out, &mut []).unwrap();
     assert!(tasks.len() > 4, "{}", tasks.len());
     for task in tasks.iter_mut().rev() {
         sweep.run(task).unwrap();
@@ -288,34 +291,141 @@ fn how_the_work_is_cut_up_changes_no_bit() {
 }
 
 #[test]
-fn what_is_not_covered_is_refused() {
+fn what_is_wrong_is_refused_by_name() {
     let c = Complex64::new;
     let good = grid(real(&[1.0, 1.38, 1.52]), vec![spread(3, 100.0)]);
-    let ask = |problem: &Problem| Sweep::new(problem.request(Power::Reflectance, Polarization::S)).is_some();
-    assert!(ask(&good));
-    let with = |change: &dyn Fn(&mut Problem)| {
+    let ask = |problem: &Problem| Sweep::new(problem.request(Power::Reflectance, Polarization::S)).map(|_| ());
+    assert!(ask(&good).is_ok());
+    let refused = |part: &str, change: &dyn Fn(&mut Problem)| {
         let mut problem = good.clone();
         change(&mut problem);
-        ask(&problem)
+        let message = ask(&problem).unwrap_err().to_string();
+        assert!(message.contains(part), "{part}: {message}");
     };
-    assert!(!with(&|p| p.indices[1] = vec![c(1.5, -0.01)]));
-    assert!(!with(&|p| p.indices[2] = vec![c(1.5, -0.01)]));
-    assert!(!with(&|p| p.indices[0] = vec![c(1.5, 0.01)]));
-    assert!(!with(&|p| p.indices[1] = vec![c(1e9, 0.0)]));
-    assert!(!with(&|p| p.indices[1] = vec![c(f64::NAN, 0.0)]));
-    assert!(!with(&|p| p.indices[1] = vec![c(1.5, 0.0); 3]));
-    assert!(!with(&|p| p.indices.truncate(2)));
-    assert!(!with(&|p| p.wavelength_nm.0[2] = 0.0));
-    assert!(!with(&|p| p.wavelength_nm.0[2] = f64::NAN));
-    assert!(!with(&|p| p.angle_deg.0[0] = 90.0));
-    assert!(!with(&|p| p.thickness_nm[0].0[0] = -1.0));
-    assert!(!with(&|p| p.thickness_nm[0].0[0] = f64::INFINITY));
-    assert!(!with(&|p| p.thickness_nm[0].1 = vec![0, 0, 2]));
-    assert!(!with(&|p| p.shape[0] = 0));
-    assert!(!with(&|p| p.shape = vec![5, 4]));
+    refused("last medium", &|p| p.indices[2] = vec![c(1.5, -0.01)]);
+    refused("first medium", &|p| p.indices[0] = vec![c(1.5, 0.01)]);
+    refused("layer 1", &|p| p.indices[1] = vec![c(f64::NAN, 0.0)]);
+    refused("(at wavelength_nm = ", &|p| p.indices[1] = [vec![c(1.5, 0.0); 4], vec![c(1e13, 0.0)]].concat());
+    refused("do not belong together", &|p| p.indices[1] = vec![c(1.5, 0.0); 3]);
+    refused("do not belong together", &|p| p.indices.truncate(2));
+    refused("wavelength_nm must be > 0 and finite, got 0 at index 2", &|p| p.wavelength_nm.0[2] = 0.0);
+    refused("wavelength_nm must be > 0", &|p| p.wavelength_nm.0[2] = f64::NAN);
+    refused("angle_deg must be >= 0 and < 90, got 90 at index 0", &|p| p.angle_deg.0[0] = 90.0);
+    refused("thickness_nm of layer 1 must be >= 0", &|p| p.thickness_nm[0].0[0] = -1.0);
+    refused("thickness_nm of layer 1 must be >= 0", &|p| p.thickness_nm[0].0[0] = f64::INFINITY);
+    refused("at most 1e30 wavelengths", &|p| p.thickness_nm[0].0[0] = 1e40);
+    refused("do not belong together", &|p| p.thickness_nm[0].1 = vec![0, 0, 2]);
+    refused("do not belong together", &|p| p.shape = vec![5, 4]);
+    refused("cannot fit", &|p| p.shape = vec![usize::MAX, 4, 3]);
     let sweep = Sweep::new(good.request(Power::Reflectance, Polarization::S)).unwrap();
-    assert!(sweep.tasks(&mut [0.0; 3]).is_none());
-    assert!(sweep.evaluate(&mut [0.0; 3]).unwrap_err().to_string().contains("60 elements, got 3"));
+    assert!(sweep.tasks(&mut [0.0; 3], &mut []).is_err());
+    assert!(sweep.evaluate(&mut [0.0; 3]).unwrap_err().to_string().contains("60 elements of 1 numbers, got 3"));
+    let amplitudes = SweepRequest {
+        quantity: Quantity::Amplitudes,
+        coherent: vec![false],
+        ..good.request(Power::Reflectance, Polarization::S)
+    };
+    assert!(Sweep::new(amplitudes).unwrap_err().to_string().contains("incoherent"));
+    let absorbing = Problem { indices: vec![vec![c(1.0, 0.0)], vec![c(1.4, 0.1)], vec![c(1.0, 0.0)]], ..good.clone() };
+    let two_beam =
+        SweepRequest { quantity: Quantity::TwoBeam, ..absorbing.request(Power::Reflectance, Polarization::S) };
+    assert!(Sweep::new(two_beam).unwrap_err().to_string().contains("real indices, got 1.4+0.1i"));
+    // Nothing at all is no mistake.
+    let mut nothing = good.clone();
+    nothing.shape[0] = 0;
+    let sweep = Sweep::new(nothing.request(Power::Reflectance, Polarization::S)).unwrap();
+    assert!(sweep.evaluate(&mut []).is_ok() && sweep.evaluate_single(&mut []).is_ok());
+}
+
+/// Gain, extreme indices and incoherent slabs are no vectors' work, and come out as the solver's own numbers; so do amplitudes,
+/// angles and layers, whose numbers an element stand side by side.
+#[test]
+fn what_no_vector_covers_goes_through_the_solver() {
+    let c = Complex64::new;
+    let of = |n: Complex64| grid(vec![vec![c(1.0, 0.0)], vec![n], vec![c(1.5, 0.0)]], vec![spread(3, 100.0)]);
+    let mut solver = Solver::new();
+    for (problem, coherent) in [(of(c(1.5, -0.01)), true), (of(c(1e9, 0.0)), true), (of(c(1.4, 0.0)), false)] {
+        for light in POLARIZATIONS {
+            for power in POWERS {
+                let request = SweepRequest { coherent: vec![coherent], ..problem.request(power, light) };
+                let sweep = Sweep::new(request).unwrap();
+                assert!(!sweep.is_vectorised());
+                let (mut out, mut single) = (vec![0.0; problem.count()], vec![0.0; problem.count()]);
+                sweep.evaluate(&mut out).unwrap();
+                sweep.evaluate_single(&mut single).unwrap();
+                for (element, got) in out.iter().enumerate() {
+                    let (at, angle, d) = problem.element(element);
+                    let n = [0, 1, 2].map(|medium| problem.indices[medium][0]);
+                    let incidence = Incidence::from_degrees(angle).unwrap();
+                    solver.prepare(&n, &d, &[coherent], problem.wavelength_nm.0[at], incidence);
+                    let wanted = match power {
+                        Power::Reflectance => solver.powers(light).unwrap().reflectance,
+                        Power::Transmittance => solver.powers(light).unwrap().transmittance,
+                        Power::Absorptance => solver.absorptance(light, &mut Vec::new()).unwrap(),
+                    };
+                    assert_eq!((*got, single[element]), (wanted, wanted as f32));
+                }
+                let weight: Vec<f64> = (0..20).map(|row| f64::from(row) - 3.0).collect();
+                let mut sums = vec![[0.0; 3]; 3];
+                sweep.weigh([&weight, &weight, &weight], &mut sums).unwrap();
+                for (t, sum) in sums.iter().enumerate() {
+                    let plain: f64 = (0..20).map(|row| weight[row] * out[3 * row + t]).sum();
+                    assert!((sum[1] - plain).abs() <= 1e-13 * plain.abs().max(1.0), "{sum:?} {plain}");
+                }
+            }
+        }
+    }
+    let problem = grid(vec![vec![c(1.0, 0.0)], vec![c(1.4, 0.2)], vec![c(1.5, 0.0)]], vec![spread(300, 100.0)]);
+    for quantity in [Quantity::LayerAbsorptance, Quantity::Amplitudes, Quantity::Ellipsometry] {
+        let sweep =
+            Sweep::new(SweepRequest { quantity, ..problem.request(Power::Reflectance, Polarization::P) }).unwrap();
+        let [wide, wide_second] = quantity.widths(1);
+        let (mut out, mut second) = (vec![0.0; wide * problem.count()], vec![0.0; wide_second * problem.count()]);
+        let mut tasks = sweep.tasks(&mut out, &mut second).unwrap();
+        assert!(tasks.len() > 4);
+        tasks.iter_mut().rev().try_for_each(|task| sweep.run(task)).unwrap();
+        for element in [0, 1, 511, 512, 5999] {
+            let (at, angle, d) = problem.element(element);
+            let n = [0, 1, 2].map(|medium| problem.indices[medium][0]);
+            solver.prepare(&n, &d, &[true], problem.wavelength_nm.0[at], Incidence::from_degrees(angle).unwrap());
+            let (s, p) = (solver.amplitudes(Polarization::S).unwrap(), solver.amplitudes(Polarization::P).unwrap());
+            match quantity {
+                Quantity::Amplitudes => {
+                    assert_eq!(out[2 * element..][..2], [p.r.re, p.r.im]);
+                    assert_eq!(second[2 * element..][..2], [p.t.re, p.t.im]);
+                }
+                Quantity::Ellipsometry => {
+                    assert_eq!(Some((out[element], second[element])), stack::ellipsometry(s.r, p.r));
+                }
+                _ => assert_eq!(out[element], solver.absorptance(Polarization::P, &mut Vec::new()).unwrap()),
+            }
+        }
+    }
+}
+
+/// A medium in itself reflects nothing, so that its angles have no value: the error tells where.
+#[test]
+fn errors_tell_their_place() {
+    let c = Complex64::new;
+    let problem = grid(real(&[1.0, 1.4, 1.0]), vec![spread(3, 100.0)]);
+    let nothing = Problem { indices: vec![vec![c(1.5, 0.0)]; 3], ..problem.clone() };
+    let angles =
+        SweepRequest { quantity: Quantity::Ellipsometry, ..nothing.request(Power::Reflectance, Polarization::S) };
+    let sweep = Sweep::new(angles).unwrap();
+    let (mut psi, mut delta) = (vec![0.0; problem.count()], vec![0.0; problem.count()]);
+    let error = sweep.run(&mut sweep.tasks(&mut psi, &mut delta).unwrap()[0]).unwrap_err();
+    assert!(error.to_string().ends_with("where nothing is reflected (at index (0, 0, 0))"), "{error}");
+}
+
+#[test]
+fn a_stopped_sweep_ends() {
+    let problem = grid(real(&[1.0, 1.38, 1.52]), vec![spread(3, 100.0)]);
+    let watch = Watch::new();
+    let sweep = Sweep::new(problem.request(Power::Reflectance, Polarization::S)).unwrap().watched(&watch);
+    let mut out = vec![0.0; problem.count()];
+    assert!(sweep.evaluate(&mut out).is_ok());
+    watch.stop();
+    assert_eq!(sweep.evaluate(&mut out), Err(OpticsError::Stopped));
 }
 
 #[test]

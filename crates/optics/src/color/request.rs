@@ -5,33 +5,8 @@ use super::illuminant::Illuminant;
 use super::observer::Observer;
 use super::space::{Adaptation, Space};
 use super::sums::Grid;
+pub use crate::stack::sweep::Power as Quantity;
 use crate::{Complex64, Medium, OpticsError, Polarization};
-
-/// Which power ratio is looked at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Quantity {
-    /// What comes back.
-    #[default]
-    Reflectance,
-    /// What passes.
-    Transmittance,
-    /// What stays.
-    Absorptance,
-}
-
-impl Quantity {
-    /// `"reflectance"`, `"transmittance"` or `"absorptance"`.
-    pub fn named(name: &str) -> Result<Quantity, OpticsError> {
-        match name {
-            "reflectance" => Ok(Quantity::Reflectance),
-            "transmittance" => Ok(Quantity::Transmittance),
-            "absorptance" => Ok(Quantity::Absorptance),
-            _ => Err(OpticsError::Unknown(format!(
-                "quantity must be \"reflectance\", \"transmittance\" or \"absorptance\", got {name:?}"
-            ))),
-        }
-    }
-}
 
 /// Which optics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,20 +1,21 @@
 //! The colour of a stack: the full spectral sum at every point of an array of thicknesses and angles.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::OnceLock;
 
+use iridesce_numerics::Watch;
 use rayon::prelude::*;
 
 use super::difference::ciede2000;
 use super::observer::{FIRST_NM, LAST_NM};
-use super::request::{ColorRequest, Model, Quantity};
+use super::request::{ColorRequest, Model};
 use super::space::{Adaptation, Space};
 use super::sums::{Grid, Weights};
 use super::two_beam::TwoBeamSpectrum;
 use crate::incidence::{Incidence, sqrt_upper};
-use crate::stack::sweep::{Operand, Power, Sweep, SweepRequest};
-use crate::stack::{self, Solver};
-use crate::{Complex64, OpticsError};
+use crate::stack;
+use crate::stack::sweep::{Operand, Sweep, SweepRequest, dot};
+use crate::{Complex64, Medium, OpticsError};
 
 /// A fringe needs 4 steps of the sum or more: 2 n t cos(theta) step / lambda^2 <= 1/4.
 pub const FRINGE_STEPS: f64 = 0.25;
@@ -35,12 +36,17 @@ const AGREE: f64 = 0.01;
 const HALVINGS: usize = 12;
 /// Points a task: enough to share what an angle needs, few enough for their sums to stay in the second cache.
 const CHUNK: usize = 512;
+/// Indices of a refinement that are kept: 1 GiB of them.
+const MOST_INDICES: usize = 1 << 26;
 
 /// A request made ready: weights, and the indices of all media at every wavelength.
 #[derive(Debug)]
 pub struct StackColor {
     request: ColorRequest,
     has_spikes: bool,
+    /// Places in the stack of media that differ from all before, and which of these each medium is.
+    distinct: Vec<usize>,
+    of: Vec<usize>,
     levels: [OnceLock<Result<Level, OpticsError>>; HALVINGS + 1],
 }
 
@@ -50,9 +56,7 @@ struct Level {
     weights: Weights,
     /// X, Y, Z weights one after the other, for long plain loops.
     columns: [Vec<f64>; 3],
-    /// `media` indices at each wavelength.
-    indices: Vec<Complex64>,
-    /// The same, a table a medium.
+    /// Of each distinct medium its index at every wavelength, or the one that holds at all of them.
     tables: Vec<Vec<Complex64>>,
     /// Media whose stated extension was used.
     extended: BTreeSet<String>,
@@ -83,7 +87,9 @@ impl StackColor {
     pub fn new(request: ColorRequest) -> Result<StackColor, OpticsError> {
         request.check()?;
         let has_spikes = has_spikes(&request);
-        let made = StackColor { request, has_spikes, levels: [const { OnceLock::new() }; HALVINGS + 1] };
+        let (distinct, of) = distinct(&request.media);
+        let levels = [const { OnceLock::new() }; HALVINGS + 1];
+        let made = StackColor { request, has_spikes, distinct, of, levels };
         made.level(0)?;
         Ok(made)
     }
@@ -98,6 +104,16 @@ impl StackColor {
     /// Colours of many points: `thickness_nm` holds one row of layers a point, `angle_deg` one angle a point.
     /// All cores work at it; the answer does not depend on how many there are.
     pub fn colors(&self, thickness_nm: &[f64], angle_deg: &[f64]) -> Result<Colors, OpticsError> {
+        self.colors_watched(thickness_nm, angle_deg, &Watch::new())
+    }
+
+    /// The same, until the watch is stopped ([`OpticsError::Stopped`]).
+    pub fn colors_watched(
+        &self,
+        thickness_nm: &[f64],
+        angle_deg: &[f64],
+        watch: &Watch,
+    ) -> Result<Colors, OpticsError> {
         let (points, layers) = (angle_deg.len(), self.request.coherent.len());
         if thickness_nm.len() != points * layers {
             let message = format!("{points} points of {layers} layers need {} thicknesses", points * layers);
@@ -118,12 +134,12 @@ impl StackColor {
             order.par_sort_unstable_by(|&a, &b| angle_deg[a].total_cmp(&angle_deg[b]).then(a.cmp(&b)));
         }
         let visited = order
-            .par_chunks(CHUNK)
+            .par_chunks((32 * CHUNK / (layers + 31)).max(1))
             .map(|chunk| {
                 let runs = chunk.chunk_by(|&a, &b| angle_deg[a].to_bits() == angle_deg[b].to_bits());
                 let mut found = Vec::with_capacity(chunk.len());
                 for run in runs {
-                    AtAngle::new(self, angle_deg[run[0]])?.colors(run, thickness_nm, &mut found)?;
+                    AtAngle::new(self, angle_deg[run[0]], watch)?.colors(run, thickness_nm, &mut found)?;
                 }
                 Ok(found)
             })
@@ -156,23 +172,85 @@ impl StackColor {
         let request = &self.request;
         let grid = self.grid().divided(1 << halvings);
         let weights = Weights::new(&grid, &request.illuminant, request.observer)?;
-        let mut indices = Vec::with_capacity(weights.wavelength_nm.len() * request.media.len());
         let mut extended = BTreeSet::new();
-        for &nm in &weights.wavelength_nm {
-            for (place, medium) in request.media.iter().enumerate() {
+        let tables = self.tables(&weights.wavelength_nm, &mut extended)?;
+        let columns = std::array::from_fn(|i| weights.xyz.iter().map(|w| w[i]).collect());
+        Ok(Level { weights, columns, tables, extended })
+    }
+
+    /// A table a distinct medium; refused where all of them cannot fit, however many layers share them.
+    fn tables(
+        &self,
+        wavelength_nm: &[f64],
+        extended: &mut BTreeSet<String>,
+    ) -> Result<Vec<Vec<Complex64>>, OpticsError> {
+        let request = &self.request;
+        let (media, last) = (&request.media, request.media.len() - 1);
+        let disperse = self.distinct.iter().filter(|&&place| media[place].constant_index().is_none()).count();
+        if disperse.saturating_mul(wavelength_nm.len()) > MOST_INDICES {
+            return Err(OpticsError::Resource(format!(
+                "the colour sum of {disperse} different dispersive media over {} wavelengths cannot fit: their indices \
+                 would take {:.1} GiB of the {:.1} GiB allowed (mark thick layers coherent=False, or give \
+                 wavelength_nm=)",
+                wavelength_nm.len(),
+                gib(disperse * wavelength_nm.len()),
+                gib(MOST_INDICES)
+            )));
+        }
+        let mut tables = Vec::with_capacity(self.distinct.len());
+        for (number, &place) in self.distinct.iter().enumerate() {
+            let medium = &media[place];
+            let ends = [0, last].into_iter().filter(|&end| self.of[end] == number);
+            let places: Vec<usize> = ends.chain([place]).collect();
+            let needed = if medium.constant_index().is_some() { 1 } else { wavelength_nm.len() };
+            let mut table = Vec::with_capacity(needed);
+            for &nm in &wavelength_nm[..needed] {
                 let (index, beyond) = medium.index_extended(nm).map_err(within_data)?;
                 if beyond {
                     extended.insert(medium.name().to_string());
                 }
-                request.check_index(index, place, nm)?;
-                indices.push(index);
+                places.iter().try_for_each(|&place| request.check_index(index, place, nm))?;
+                table.push(index);
+            }
+            if table.iter().all(|n| *n == table[0]) {
+                table.truncate(1);
+                table.shrink_to_fit();
+            }
+            tables.push(table);
+        }
+        Ok(tables)
+    }
+
+    /// The index of a medium of the stack at a wavelength of a level.
+    fn index(&self, level: &Level, medium: usize, wavelength: usize) -> Complex64 {
+        let table = &level.tables[self.of[medium]];
+        if table.len() == 1 { table[0] } else { table[wavelength] }
+    }
+}
+
+/// Indices of 16 bytes as GiB.
+fn gib(indices: usize) -> f64 {
+    indices as f64 * 16.0 / f64::from(1 << 30)
+}
+
+/// Media that differ from all before them, by their places, and which of these each one is: a mirror of thousands of
+/// layers has two.
+fn distinct(media: &[Medium]) -> (Vec<usize>, Vec<usize>) {
+    let mut places: Vec<usize> = Vec::new();
+    let mut of = Vec::with_capacity(media.len());
+    let mut named: HashMap<&str, Vec<usize>> = HashMap::new();
+    for (place, medium) in media.iter().enumerate() {
+        let alike = named.entry(medium.name()).or_default();
+        match alike.iter().find(|&&number| media[places[number]] == *medium) {
+            Some(&number) => of.push(number),
+            None => {
+                alike.push(places.len());
+                of.push(places.len());
+                places.push(place);
             }
         }
-        let columns = std::array::from_fn(|i| weights.xyz.iter().map(|w| w[i]).collect());
-        let places = request.media.len();
-        let tables = (0..places).map(|place| table(indices.iter().skip(place).step_by(places))).collect();
-        Ok(Level { weights, columns, indices, tables, extended })
     }
+    (places, of)
 }
 
 /// Whether the lamp's continuum bends so sharply that steps of 1 nm may be too wide for it.
@@ -190,15 +268,6 @@ fn has_spikes(request: &ColorRequest) -> bool {
     bends.iter().zip(sums).any(|(bend, sum)| *bend > SPIKES * sum)
 }
 
-/// Indices of one medium at every wavelength, or the one that holds at all of them.
-fn table<'a>(indices: impl Iterator<Item = &'a Complex64>) -> Vec<Complex64> {
-    let mut table: Vec<Complex64> = indices.copied().collect();
-    if table.iter().all(|n| *n == table[0]) {
-        table.truncate(1);
-    }
-    table
-}
-
 /// A medium of the user's that stops inside the visible has no extension: say what can be done.
 fn within_data(error: OpticsError) -> OpticsError {
     match error {
@@ -214,6 +283,7 @@ struct AtAngle<'a> {
     of: &'a StackColor,
     angle_deg: f64,
     incidence: Incidence,
+    watch: &'a Watch,
     /// max over the wavelengths of 2 Re(n cos theta) step / lambda^2, a layer; before any halving.
     fringe_per_nm: Vec<f64>,
 }
@@ -239,24 +309,25 @@ impl Sum {
 }
 
 impl<'a> AtAngle<'a> {
-    fn new(of: &'a StackColor, angle_deg: f64) -> Result<AtAngle<'a>, OpticsError> {
+    fn new(of: &'a StackColor, angle_deg: f64, watch: &'a Watch) -> Result<AtAngle<'a>, OpticsError> {
         let incidence = Incidence::from_degrees(angle_deg)?;
         let level = of.level(0)?;
         let (request, step) = (&of.request, of.grid().step_nm);
-        let mut fringe_per_nm = vec![0.0f64; request.coherent.len()];
+        // Of each distinct medium, then of each layer.
+        let mut fringe_of = vec![0.0_f64; of.distinct.len()];
         for (i, &nm) in level.weights.wavelength_nm.iter().enumerate() {
             if level.weights.grid_index[i].is_none() {
                 continue; // a line is exact at any thickness
             }
-            let n = &level.indices[i * request.media.len()..][..request.media.len()];
-            for (layer, fringe) in fringe_per_nm.iter_mut().enumerate() {
-                if request.coherent[layer] {
-                    let path = sqrt_upper(incidence.kz_squared(n[0].re, n[layer + 1])).re.abs();
-                    *fringe = fringe.max(2.0 * path * step / (nm * nm));
-                }
+            let n_first = of.index(level, 0, i).re;
+            for (fringe, &place) in fringe_of.iter_mut().zip(&of.distinct) {
+                let path = sqrt_upper(incidence.kz_squared(n_first, of.index(level, place, i))).re.abs();
+                *fringe = fringe.max(2.0 * path * step / (nm * nm));
             }
         }
-        Ok(AtAngle { of, angle_deg, incidence, fringe_per_nm })
+        let layers = request.coherent.iter().zip(&of.of[1..]);
+        let fringe_per_nm = layers.map(|(&coherent, &medium)| if coherent { fringe_of[medium] } else { 0.0 }).collect();
+        Ok(AtAngle { of, angle_deg, incidence, watch, fringe_per_nm })
     }
 
     /// The colours of some points, all at this angle.
@@ -346,12 +417,12 @@ impl<'a> AtAngle<'a> {
     /// XYZ of some points at one refinement.
     fn xyz(&self, level: &Level, thickness_nm: &[f64], out: &mut [[f64; 3]]) -> Result<(), OpticsError> {
         let request = &self.of.request;
-        let layers = request.coherent.len();
         let wavelengths = &level.weights.wavelength_nm;
         let mut values = vec![0.0; wavelengths.len()];
         if request.model == Model::TwoBeam {
-            let indices = level.indices.as_chunks::<3>().0;
-            let film = TwoBeamSpectrum::new(wavelengths, indices, self.incidence).map_err(|nm| {
+            let at = |i: usize| [0, 1, 2].map(|medium| self.of.index(level, medium, i));
+            let indices: Vec<[Complex64; 3]> = (0..wavelengths.len()).map(at).collect();
+            let film = TwoBeamSpectrum::new(wavelengths, &indices, self.incidence).map_err(|nm| {
                 OpticsError::Argument(format!(
                     "model=\"two-beam\" does not hold beyond the critical angle: at angle_deg={} no light of {nm} nm \
                      enters the film",
@@ -365,35 +436,19 @@ impl<'a> AtAngle<'a> {
             return Ok(());
         }
         let columns = level.columns.each_ref().map(Vec::as_slice);
-        match self.sweep(level, thickness_nm, out.len()) {
-            Some(sweep) => sweep.weigh(columns, out),
-            None => {
-                for (place, out) in out.iter_mut().enumerate() {
-                    let row = &thickness_nm[place * layers..(place + 1) * layers];
-                    general(request, level, self.incidence, row, &mut values)?;
-                    *out = columns.map(|weights| dot(weights, &values));
-                }
-                Ok(())
-            }
-        }
+        self.sweep(level, thickness_nm, out.len())?.watched(self.watch).weigh(columns, out)
     }
 
-    /// The spectra of some points by vectors, `None` where these do not cover the stack.
-    fn sweep<'b>(&'b self, level: &'b Level, thickness_nm: &'b [f64], points: usize) -> Option<Sweep<'b>> {
+    /// The spectra of some points.
+    fn sweep<'b>(&'b self, level: &'b Level, thickness_nm: &'b [f64], points: usize) -> Result<Sweep<'b>, OpticsError> {
         let request = &self.of.request;
-        if request.coherent.contains(&false) {
-            return None;
-        }
         let layers = request.coherent.len();
         let wavelength_nm = &level.weights.wavelength_nm;
         Sweep::new(SweepRequest {
-            power: match request.quantity {
-                Quantity::Reflectance => Power::Reflectance,
-                Quantity::Transmittance => Power::Transmittance,
-                Quantity::Absorptance => Power::Absorptance,
-            },
+            quantity: stack::sweep::Quantity::Power(request.quantity),
             polarization: request.polarization,
-            indices: level.tables.iter().map(Vec::as_slice).collect(),
+            indices: self.of.of.iter().map(|&table| level.tables[table].as_slice()).collect(),
+            coherent: request.coherent.clone(),
             shape: vec![points, wavelength_nm.len()],
             wavelength_nm: Operand { values: wavelength_nm, strides: vec![0, 1] },
             angle_deg: Operand { values: std::slice::from_ref(&self.angle_deg), strides: vec![0, 0] },
@@ -415,48 +470,12 @@ fn halvings_for(fringe: f64, thickness_nm: &[f64]) -> Result<usize, OpticsError>
     })
 }
 
-/// The spectrum of any stack by the general solver.
-fn general(
-    request: &ColorRequest,
-    level: &Level,
-    incidence: Incidence,
-    thickness_nm: &[f64],
-    out: &mut [f64],
-) -> Result<(), OpticsError> {
-    let media = request.media.len();
-    let (mut solver, mut scratch) = (Solver::new(), Vec::new());
-    for (i, (&nm, value)) in level.weights.wavelength_nm.iter().zip(out).enumerate() {
-        let n = &level.indices[i * media..][..media];
-        stack::check(n, thickness_nm, &request.coherent, nm)?;
-        solver.prepare(n, thickness_nm, &request.coherent, nm, incidence);
-        *value = match request.quantity {
-            Quantity::Reflectance => solver.powers(request.polarization)?.reflectance,
-            Quantity::Transmittance => solver.powers(request.polarization)?.transmittance,
-            Quantity::Absorptance => solver.absorptance(request.polarization, &mut scratch)?,
-        };
-    }
-    Ok(())
-}
-
-/// Sum of products, in four interleaved sums: the order is fixed, and the compiler may use vectors.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (a4, a_rest) = a.as_chunks::<4>();
-    let (b4, b_rest) = b.as_chunks::<4>();
-    for (a, b) in a4.iter().zip(b4) {
-        for i in 0..4 {
-            sums[i] += a[i] * b[i];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::color::gamut::Mapping;
-    use crate::color::{Illuminant, Observer};
+    use crate::color::{Illuminant, Observer, Quantity};
+    use crate::stack::Solver;
     use crate::{Medium, Polarization};
 
     fn request(n: &[Complex64], coherent: &[bool]) -> ColorRequest {
@@ -492,6 +511,23 @@ mod tests {
         close(colors.values[0], made.level(0).unwrap().weights.white.map(|w| 0.04 * w), 1e-15);
     }
 
+    /// The sum of a film's spectrum, wavelength by wavelength through the solver.
+    fn by_solver(made: &StackColor, level: &Level, deg: f64, t: f64) -> [f64; 3] {
+        let (mut solver, mut scratch) = (Solver::new(), Vec::new());
+        let request = &made.request;
+        let one = |(i, &nm): (usize, &f64)| {
+            let n = [0, 1, 2].map(|medium| made.index(level, medium, i));
+            solver.prepare(&n, &[t], &request.coherent, nm, Incidence::from_degrees(deg).unwrap());
+            match request.quantity {
+                Quantity::Reflectance => solver.powers(request.polarization).unwrap().reflectance,
+                Quantity::Transmittance => solver.powers(request.polarization).unwrap().transmittance,
+                Quantity::Absorptance => solver.absorptance(request.polarization, &mut scratch).unwrap(),
+            }
+        };
+        let values: Vec<f64> = level.weights.wavelength_nm.iter().enumerate().map(one).collect();
+        level.columns.each_ref().map(|w| dot(w, &values))
+    }
+
     #[test]
     fn vectors_are_the_general_solver() {
         let gold = Complex64::new(0.3, 2.9);
@@ -508,16 +544,14 @@ mod tests {
                     let made =
                         StackColor::new(ColorRequest { quantity, polarization, ..request(&n, &[true]) }).unwrap();
                     for (deg, t) in [(0.0, 5.0), (30.0, 310.0), (60.0, 1500.0), (80.0, 40.0)] {
-                        let at = AtAngle::new(&made, deg).unwrap();
+                        let watch = Watch::new();
+                        let at = AtAngle::new(&made, deg, &watch).unwrap();
                         let level = made.level(0).unwrap();
-                        assert!(at.sweep(level, &[t], 1).is_some());
+                        assert!(at.sweep(level, &[t], 1).unwrap().is_vectorised());
                         let mut fast = [[0.0; 3]];
                         at.xyz(level, &[t], &mut fast).unwrap();
                         let [fast] = fast;
-                        let mut values = vec![0.0; level.weights.wavelength_nm.len()];
-                        general(&made.request, level, at.incidence, &[t], &mut values).unwrap();
-                        let slow = level.columns.each_ref().map(|w| dot(w, &values));
-                        close(fast, slow, 2e-14);
+                        close(fast, by_solver(&made, level, deg, t), 2e-14);
                     }
                 }
             }
@@ -665,5 +699,41 @@ mod tests {
         assert!(made.colors(&[f64::NAN], &[0.0]).is_err());
         assert!(made.colors(&[1.0, 2.0], &[0.0]).is_err());
         assert_eq!(made.colors(&[], &[]).unwrap().values.len(), 0);
+    }
+
+    /// Media that are alike are held once, however many layers are of them, and what cannot fit is refused.
+    #[test]
+    fn memory_goes_with_the_layers() {
+        let mut n = vec![Complex64::from(1.0)];
+        n.extend((0..10_000).map(|j| Complex64::from(if j % 2 == 0 { 1.3 } else { 1.4 })));
+        n.push(Complex64::from(1.0));
+        let made = StackColor::new(request(&n, &vec![true; 10_000])).unwrap();
+        let level = made.level(HALVINGS).unwrap();
+        assert_eq!(level.tables.iter().map(Vec::len).collect::<Vec<_>>(), [1, 1, 1]);
+        // A grid of one wavelength: the sum itself, without its refinements.
+        let grid = Some(Grid { first_nm: 550.0, step_nm: 1.0, count: 2 });
+        let coarse = StackColor::new(ColorRequest { grid, ..request(&n, &vec![true; 10_000]) }).unwrap();
+        let y = coarse.colors(&vec![10.0; 10_000], &[0.0]).unwrap().values[0][1];
+        assert!((0.0..=1.0).contains(&y), "{y}");
+
+        let media = (0..400).map(|j| {
+            let rows: String =
+                (0..3).map(|i| format!("{},{}\n", 300 + 300 * i, 1.3 + 0.001 * f64::from(i + j))).collect();
+            Medium::from_csv(&rows, "own").unwrap()
+        });
+        let mut asked = request(&n[..402], &[true; 400]);
+        asked.media.splice(1..401, media);
+        let made = StackColor::new(asked).unwrap();
+        assert!(made.level(0).is_ok());
+        let error = made.level(HALVINGS).unwrap_err();
+        assert!(matches!(error, OpticsError::Resource(_)) && error.to_string().contains("400"), "{error}");
+    }
+
+    #[test]
+    fn a_stopped_sum_ends() {
+        let made = StackColor::new(request(&real(&[1.0, 1.33, 1.0]), &[true])).unwrap();
+        let watch = Watch::new();
+        watch.stop();
+        assert_eq!(made.colors_watched(&[300.0], &[0.0], &watch), Err(OpticsError::Stopped));
     }
 }

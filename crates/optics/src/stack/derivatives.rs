@@ -55,7 +55,7 @@ pub fn ellipsometry_derivatives(
     incidence: Incidence,
 ) -> Result<[Derivatives; 2], OpticsError> {
     let coherent = vec![true; thickness_nm.len()];
-    let solved = [Polarization::S, Polarization::P].map(|polarization| {
+    let solved = [Polarization::S, Polarization::P].map(|polarization| -> Result<_, OpticsError> {
         let problem = Problem::new(indices, thickness_nm, &coherent, wavelength_nm, incidence, polarization);
         let run = problem.run(0, indices.len() - 1, false)?;
         let logarithm = {

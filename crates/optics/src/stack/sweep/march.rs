@@ -10,6 +10,7 @@ use iridesce_numerics::turns::{exp_m1, sin_cos_pi, within_half_turn};
 use iridesce_numerics::{F64s, Number};
 
 use super::lanes::{LANES, Lane};
+use crate::OpticsError;
 use crate::stack::layer::{Field, Turn};
 
 /// A complex number a lane.
@@ -64,15 +65,30 @@ impl StackRows {
     }
 }
 
-/// What is asked of a march.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Which power ratio is looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Power {
     /// What comes back.
+    #[default]
     Reflectance,
     /// What passes.
     Transmittance,
     /// What stays in the layers.
     Absorptance,
+}
+
+impl Power {
+    /// By name: `reflectance`, `transmittance` or `absorptance`.
+    pub fn named(name: &str) -> Result<Power, OpticsError> {
+        match name {
+            "reflectance" => Ok(Power::Reflectance),
+            "transmittance" => Ok(Power::Transmittance),
+            "absorptance" => Ok(Power::Absorptance),
+            _ => Err(OpticsError::Unknown(format!(
+                "quantity must be \"reflectance\", \"transmittance\" or \"absorptance\", got {name:?}"
+            ))),
+        }
+    }
 }
 
 #[inline(always)]

@@ -1,5 +1,7 @@
 //! What can be told of the media of a stack before any wavelength and angle are met together.
 
+use std::collections::HashMap;
+
 use crate::Complex64;
 use crate::incidence::Incidence;
 
@@ -7,7 +9,7 @@ use crate::incidence::Incidence;
 const SQUARED_RANGE: (f64, f64) = (1e-6, 1e6);
 
 /// The media, each different one once: a mirror of a hundred layers has two, and their wavenumbers are worked out once.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Media<'a> {
     /// Index of each different medium at every wavelength, or a single one that holds at all of them.
     pub(super) tables: Vec<&'a [Complex64]>,
@@ -17,6 +19,8 @@ pub(super) struct Media<'a> {
     pub(super) real: Vec<bool>,
     /// Of each table the thickest layer; less than nothing where it is of no layer and not the last medium.
     pub(super) thickest_nm: Vec<f64>,
+    /// Of each table whether a layer is of it.
+    pub(super) of_layer: Vec<bool>,
     /// Whether some layer absorbs at some wavelength.
     pub(super) absorbs: bool,
 }
@@ -29,9 +33,14 @@ impl<'a> Media<'a> {
         }
         let mut tables: Vec<&'a [Complex64]> = Vec::new();
         let mut of = Vec::with_capacity(indices.len());
-        for table in indices {
-            let same = |other: &&[Complex64]| std::ptr::eq(*other, *table) || (table.len() == 1 && other == table);
-            of.push(tables.iter().position(same).unwrap_or_else(|| {
+        // By where it stands, or by value where it is one: thousands of layers of their own are told apart at once.
+        let mut known: HashMap<(usize, [u64; 2]), usize> = HashMap::new();
+        for &table in indices {
+            let key = match table {
+                [n] => (0, [n.re.to_bits(), n.im.to_bits()]),
+                _ => (table.as_ptr().addr(), [0; 2]),
+            };
+            of.push(*known.entry(key).or_insert_with(|| {
                 tables.push(table);
                 tables.len() - 1
             }));
@@ -39,8 +48,10 @@ impl<'a> Media<'a> {
         let steepest = angles.iter().copied().fold(0.0, f64::max);
         let sine_squared = 1.0 - Incidence::from_degrees(steepest).ok()?.cos_theta().powi(2);
         let last = of.len() - 1;
-        let mut media =
-            Media { real: vec![true; tables.len()], thickest_nm: vec![-1.0; tables.len()], absorbs: false, tables, of };
+        let mut of_layer = vec![false; tables.len()];
+        of[1..last].iter().for_each(|&medium| of_layer[medium] = true);
+        let (real, thickest_nm) = (vec![true; tables.len()], vec![-1.0; tables.len()]);
+        let mut media = Media { real, thickest_nm, of_layer, absorbs: false, tables, of };
         media.thickest_nm[media.of[last]] = 0.0;
         let entry = |table: &[Complex64], place: usize| if table.len() == 1 { table[0] } else { table[place] };
         let first = media.tables[media.of[0]];
@@ -54,7 +65,7 @@ impl<'a> Media<'a> {
                 }
                 // Light enters at every angle: kz^2 > 0.
                 media.real[medium] &= n.im == 0.0 && n.re * n.re > n_first.re * n_first.re * sine_squared;
-                media.absorbs |= n.re * n.im != 0.0 && media.of[1..last].contains(&medium);
+                media.absorbs |= n.re * n.im != 0.0 && media.of_layer[medium];
             }
         }
         if first.iter().any(|n| n.re == 0.0 || n.im != 0.0) {

@@ -10,6 +10,7 @@ use iridesce_numerics::{F64s, Number};
 use super::film::{FilmRows, LEAST_LEFT};
 use super::lanes::{LANES, Lane, MOST_HALF_TURNS};
 use super::march::{Pair, StackRows};
+use super::media::Media;
 use crate::Complex64;
 use crate::film::kernel::Fringes;
 use crate::incidence::Incidence;
@@ -165,11 +166,10 @@ impl Block {
         }
     }
 
-    /// Any stack: `of` tells which medium comes where, `real` of each medium whether its matrix is real.
+    /// Any stack.
     #[inline(always)]
-    pub(super) fn stack<S: Simd>(&self, simd: S, of: &[usize], real: &[bool], out: &mut StackRows) {
-        let last = of[of.len() - 1];
-        let layers = &of[1..of.len() - 1];
+    pub(super) fn stack<S: Simd>(&self, simd: S, media: &Media<'_>, out: &mut StackRows) {
+        let last = media.of[media.of.len() - 1];
         out.absorbs = Lane::ZERO;
         for at in (0..LANES).step_by(F64s::<S>::LEN) {
             let one = F64s::splat(simd, 1.0);
@@ -179,8 +179,8 @@ impl Block {
             let cos = self.cos_theta.load(simd, at);
             out.first[0].store::<S>(at, n_first * cos);
             out.first[1].store::<S>(at, cos / n_first);
-            for (medium, (layer, &is_real)) in out.media.iter_mut().zip(real).enumerate() {
-                if !layers.contains(&medium) {
+            for (medium, (layer, &is_real)) in out.media.iter_mut().zip(&media.real).enumerate() {
+                if !media.of_layer[medium] {
                     continue;
                 }
                 let n = self.n[medium][0].load(simd, at);

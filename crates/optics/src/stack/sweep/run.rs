@@ -8,7 +8,7 @@ use super::lanes::{LANES, Lane, add_weighted};
 use super::march::{Power, StackRows, march};
 use super::rows::Block;
 use super::single::{self, Lengths};
-use super::{Kernel, Sweep, SweepTask};
+use super::{Kernel, Quantity, Sweep, SweepTask};
 use crate::incidence::Incidence;
 use crate::stack::{Polarization, Solver};
 use crate::{Complex64, OpticsError};
@@ -63,13 +63,22 @@ impl Desk {
 }
 
 impl Sweep<'_> {
-    /// Does one run. The only error is what [`Solver::powers`] can meet.
+    /// Does one run. An error tells the place of its element: a laser beyond its threshold, or a ratio of nothing.
     pub fn run(&self, task: &mut SweepTask<'_>) -> Result<(), OpticsError> {
-        if self.kernel == Kernel::Zero {
-            task.out.fill(0.0);
-            return Ok(());
+        let SweepTask { start, count, .. } = *task;
+        match self.kernel {
+            Kernel::Zero => task.out.fill(0.0),
+            Kernel::General => return self.run_general(start, count, task.out, task.second),
+            Kernel::Film | Kernel::March => {
+                let done = dispatch!(self.level, simd => self.run_with(simd, task));
+                // Element by element, so that the error tells its place.
+                return match done {
+                    Ok(()) | Err(OpticsError::Stopped) => done,
+                    Err(_) => self.run_general(start, count, task.out, task.second),
+                };
+            }
         }
-        dispatch!(self.level, simd => self.run_with(simd, task))
+        Ok(())
     }
 
     /// The same in single precision: lossless films by vectors of it, good to 1e-6 at any thickness; everything else is
@@ -84,7 +93,8 @@ impl Sweep<'_> {
         }
         let mut double = vec![0.0; task.out.len()];
         let (axes, offsets) = (task.axes.clone(), task.offsets.clone());
-        self.run(&mut SweepTask { axes, offsets, out: &mut double })?;
+        let (start, count) = (task.start, task.count);
+        self.run(&mut SweepTask { axes, offsets, start, count, out: &mut double, second: &mut [] })?;
         for (single, double) in task.out.iter_mut().zip(double) {
             *single = double as f32;
         }
@@ -103,11 +113,40 @@ impl Sweep<'_> {
             let got = (weights.map(<[f64]>::len), out.len());
             return Err(OpticsError::Argument(format!("{rows} rows and {inner} thicknesses to weigh, got {got:?}")));
         }
-        if self.kernel == Kernel::Zero {
-            out.fill([0.0; 3]);
-            return Ok(());
+        match self.kernel {
+            Kernel::Zero => {
+                out.fill([0.0; 3]);
+                Ok(())
+            }
+            Kernel::General => self.weigh_general(&row_axes, &inner_axes, weights, out),
+            _ => dispatch!(self.level, simd => self.weigh_with(simd, &row_axes, &inner_axes, weights, out)),
         }
-        dispatch!(self.level, simd => self.weigh_with(simd, &row_axes, &inner_axes, weights, out))
+    }
+
+    fn weigh_general(
+        &self,
+        row_axes: &[Axis],
+        inner_axes: &[Axis],
+        weights: [&[f64]; 3],
+        out: &mut [[f64; 3]],
+    ) -> Result<(), OpticsError> {
+        if !matches!(self.quantity, Quantity::Power(_)) {
+            return Err(OpticsError::Argument("reflectance, transmittance, absorptance can be weighed".into()));
+        }
+        let mut bench = self.bench();
+        let mut values = vec![0.0; weights[0].len()];
+        let mut inner = Walk::new(inner_axes, vec![0; self.values.len()]);
+        for out in out {
+            let mut rows = Walk::new(row_axes, inner.offsets.clone());
+            for value in &mut values {
+                self.look()?;
+                self.evaluate_at(&mut bench, &rows.offsets, std::slice::from_mut(value), &mut [])?;
+                rows.next();
+            }
+            *out = weights.map(|weights| dot(weights, &values));
+            inner.next();
+        }
+        Ok(())
     }
 
     #[inline(always)]
@@ -126,6 +165,7 @@ impl Sweep<'_> {
         let mut sums = vec![[Lane::ZERO; 3]; out.len()];
         let mut done = 0;
         while walk.left > 0 {
+            self.look()?;
             let rows = self.gather(&mut walk, &mut desk)?;
             self.prepare(simd, &mut desk);
             let mut block = [Lane::ZERO; 3];
@@ -168,6 +208,7 @@ impl Sweep<'_> {
         lengths.set(inner.values(0));
         let thickest = self.media.thickest_nm[self.media.of[1]];
         while walk.left > 0 {
+            self.look()?;
             let rows = self.gather(&mut walk, &mut desk)?;
             self.prepare(simd, &mut desk);
             for row in 0..rows {
@@ -213,6 +254,7 @@ impl Sweep<'_> {
         let along_inner = inner.is_contiguous() && inner.len() >= many;
         let mut desk = Desk::new(self, walked);
         while walk.left > 0 {
+            self.look()?;
             let rows = self.gather(&mut walk, &mut desk)?;
             self.prepare(simd, &mut desk);
             if along_inner {
@@ -263,9 +305,9 @@ impl Sweep<'_> {
             Kernel::Film => {
                 let (from, until) = self.parts();
                 let media = [self.media.of[0], self.media.of[1], self.media.of[2]];
-                desk.block.film(simd, media, from, until, self.power == Power::Transmittance, &mut desk.film);
+                desk.block.film(simd, media, from, until, self.power() == Power::Transmittance, &mut desk.film);
             }
-            _ => desk.block.stack(simd, &self.media.of, &self.media.real, &mut desk.stack),
+            _ => desk.block.stack(simd, &self.media, &mut desk.stack),
         }
     }
 
@@ -391,9 +433,9 @@ impl Sweep<'_> {
     fn march<S: Simd>(&self, simd: S, rows: &StackRows, thickness_nm: &[Lane], out: &mut Lane) {
         let (real, layers) = (&self.media.real, &self.media.of[1..self.media.of.len() - 1]);
         match self.polarization {
-            Polarization::S => march::<S, 0, 1>(simd, rows, layers, real, thickness_nm, self.power, out),
-            Polarization::P => march::<S, 1, 2>(simd, rows, layers, real, thickness_nm, self.power, out),
-            Polarization::Unpolarized => march::<S, 0, 2>(simd, rows, layers, real, thickness_nm, self.power, out),
+            Polarization::S => march::<S, 0, 1>(simd, rows, layers, real, thickness_nm, self.power(), out),
+            Polarization::P => march::<S, 1, 2>(simd, rows, layers, real, thickness_nm, self.power(), out),
+            Polarization::Unpolarized => march::<S, 0, 2>(simd, rows, layers, real, thickness_nm, self.power(), out),
         }
     }
 
@@ -406,10 +448,24 @@ impl Sweep<'_> {
         }
         let (wavelength_nm, incidence) = (desk.block.wavelength_nm.0[row], desk.block.incidence[row]);
         desk.solver.prepare(&desk.indices, &desk.thickness_nm, &desk.coherent, wavelength_nm, incidence);
-        match self.power {
+        match self.power() {
             Power::Reflectance => Ok(desk.solver.powers(self.polarization)?.reflectance),
             Power::Transmittance => Ok(desk.solver.powers(self.polarization)?.transmittance),
             Power::Absorptance => desk.solver.absorptance(self.polarization, &mut desk.scratch),
         }
     }
+}
+
+/// Sum of products, in four interleaved sums: the order is fixed, and the compiler may use vectors.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (a4, a_rest) = a.as_chunks::<4>();
+    let (b4, b_rest) = b.as_chunks::<4>();
+    for (a, b) in a4.iter().zip(b4) {
+        for i in 0..4 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
