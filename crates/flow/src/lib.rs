@@ -6,7 +6,7 @@
 /// kinds give the same bytes.
 macro_rules! wide {
     ($what:expr) => {
-        fearless_simd::dispatch!(fearless_simd::Level::new(), _simd => $what)
+        fearless_simd::dispatch!(iridesce_numerics::simd::level_or_best(), _simd => $what)
     };
 }
 

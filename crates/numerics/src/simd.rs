@@ -13,16 +13,20 @@ pub const NAMES: [&str; 5] = ["sse2", "sse4.2", "avx2", "avx512", "neon"];
 
 /// A level was asked for that does not exist, or that this machine lacks.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{VARIABLE} must be one of {}, got {asked:?} (of these this machine has {})",
-    NAMES.join(", "),
-    if has.is_empty() { "none".into() } else { has.join(", ") }
-)]
+#[error("{VARIABLE} {}", self.message())]
 pub struct SimdError {
     /// What was asked for.
     pub asked: String,
     /// What could have been.
     pub has: Vec<&'static str>,
+}
+
+impl SimdError {
+    /// What is wrong, after the name of the variable.
+    pub fn message(&self) -> String {
+        let has = if self.has.is_empty() { "none".into() } else { self.has.join(", ") };
+        format!("must be one of {}, got {:?} (of these this machine has {has})", NAMES.join(", "), self.asked)
+    }
 }
 
 /// The level for all vector work of this process: what `IRIDESCE_SIMD` names (the variable is read once), else the best

@@ -252,7 +252,7 @@ fn stack_color<'py>(
         while done < angle.len() && !watch.is_stopped() {
             let end = angle.len().min(done + slice);
             let start = Instant::now();
-            let colors = made.colors(&thickness[done * layers..end * layers], &angle[done..end])?;
+            let colors = made.colors_watched(&thickness[done * layers..end * layers], &angle[done..end], watch)?;
             let speedup = SLICE.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-6);
             slice = ((slice as f64 * speedup.clamp(0.1, 8.0)) as usize).clamp(16, 1 << 20);
             rows[done..end].copy_from_slice(&colors.values);

@@ -63,7 +63,13 @@ impl From<numpy::AsSliceError> for Error {
 
 impl From<OpticsError> for Error {
     fn from(error: OpticsError) -> Error {
-        Error::value(error.to_string())
+        let message = error.to_string();
+        match error {
+            OpticsError::Resource(_) => Error::resource(message),
+            // Who stopped it has an exception of his own, which is raised instead.
+            OpticsError::Stopped => Error(PyRuntimeError::new_err(message)),
+            _ => Error::value(message),
+        }
     }
 }
 

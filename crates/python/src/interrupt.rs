@@ -7,7 +7,7 @@ use std::sync::{Mutex, MutexGuard, TryLockError};
 use std::thread::sleep;
 use std::time::Duration;
 
-use iridesce::numerics::{Progress, Watch};
+use iridesce::numerics::{Progress, Watch, simd};
 use pyo3::prelude::*;
 
 use crate::error::{Error, Result};
@@ -48,6 +48,8 @@ pub fn released<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> T {
 /// 30 ms for Ctrl-C and tells of progress; an exception from either stops the watch, and is the answer once the work has
 /// noticed. So `work` asks its watch every 0.2 s at the latest, and holds no lock that other calls take.
 pub fn beside<T: Send>(py: Python<'_>, how: Long, work: impl FnOnce(&Watch) -> T + Send) -> Result<T> {
+    // Refused before any work, whatever the work is.
+    simd::level().map_err(|error| Error::value(error.to_string()))?;
     let lease = Lease::new(py, how.threads)?;
     let watch = Watch::new();
     let mut told = Progress::default();

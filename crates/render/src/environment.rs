@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use fearless_simd::{Level, Simd, dispatch, f32x16, prelude::*};
+use iridesce_numerics::simd;
+use fearless_simd::{Simd, dispatch, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_numerics::latlong;
@@ -94,7 +95,7 @@ impl MapSampler {
     pub fn new(maps: &[(MapLookup, f32)]) -> MapSampler {
         let [columns, rows] = GRID;
         let mut power = vec![0.0_f64; columns * rows];
-        dispatch!(Level::new(), simd => measure(simd, maps, &mut power));
+        dispatch!(simd::level_or_best(), simd => measure(simd, maps, &mut power));
         // A tenth goes to every direction alike, so that what falls between the samples is not missed.
         let solid: Vec<f64> = (0..rows).map(|row| latlong::solid_angle(row, GRID)).collect();
         let all: f64 = power.iter().enumerate().map(|(i, p)| p * solid[i / columns]).sum();
@@ -192,7 +193,7 @@ mod tests {
         let (width, height) = (64, 32);
         let look = |turn: f64, x: f32, y: f32, z: f32| {
             let lookup = MapLookup::new(ramp(width, height), turn);
-            let rgb = dispatch!(Level::new(), simd => {
+            let rgb = dispatch!(simd::level_or_best(), simd => {
                 lookup.rgb([f32x16::splat(simd, x), f32x16::splat(simd, y), f32x16::splat(simd, z)])
             });
             [rgb[0][7], rgb[1][7]]

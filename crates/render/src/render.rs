@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use iridesce_numerics::simd;
 use fearless_simd::{Level, Simd, dispatch};
 use iridesce_numerics::Watch;
 use iridesce_scene::{ResolvedScene, Scene};
@@ -21,7 +22,8 @@ use crate::sampler::PixelSampler;
 /// films that cannot fit, [`RenderError::Optics`] for media without data in 360..830 nm, and
 /// [`RenderError::Cancelled`] within 1024 samples of the watch saying so, which hears of pixels in the stage `rendering`.
 pub fn render(scene: &ResolvedScene, options: &RenderOptions, watch: &Watch) -> Result<Framebuffer, RenderError> {
-    render_at(Level::new(), scene, options, watch)
+    let level = simd::level().map_err(|error| RenderError::Argument(error.to_string()))?;
+    render_at(level, scene, options, watch)
 }
 
 /// Refuses options outside their range and pictures that cannot fit, before a scene is resolved.
@@ -79,7 +81,7 @@ fn draw(
         samples: prepared.samples,
         seed: prepared.seed,
         seconds: 0.0,
-        simd: simd_name(level).to_owned(),
+        simd: simd::name(level).to_owned(),
         threads: rayon::current_num_threads(),
     };
     let mut frame = Framebuffer::empty(width, height, info)?;
@@ -147,24 +149,7 @@ fn draw_row<S: Simd>(simd: S, scene: &Prepared, y: u32, row: Row<'_>, watch: &Wa
     Ok(())
 }
 
-/// The name of the widest SIMD level of this machine, as renders record it.
+/// The name of the SIMD level that renders use and record: the widest of this machine, or what `IRIDESCE_SIMD` caps it at.
 pub fn simd_level() -> &'static str {
-    simd_name(Level::new())
-}
-
-fn simd_name(level: Level) -> &'static str {
-    let _ = level;
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    match level {
-        Level::Avx512(_) => return "avx512",
-        Level::Avx2(_) => return "avx2",
-        Level::Sse4_2(_) => return "sse4.2",
-        Level::Sse2(_) => return "sse2",
-        _ => {}
-    }
-    #[cfg(target_arch = "aarch64")]
-    if let Level::Neon(_) = level {
-        return "neon";
-    }
-    "scalar"
+    simd::name(simd::level_or_best())
 }

@@ -1,6 +1,6 @@
 //! A film in time: its state, and the step that changes it.
 
-use iridesce_numerics::Watch;
+use iridesce_numerics::{Watch, simd};
 use iridesce_thickness::{ThicknessError, ThicknessMap};
 use rayon::prelude::*;
 
@@ -90,6 +90,7 @@ impl Film {
     /// A film at rest, with its thickness drawn by chance and its surfactant in balance with its mean weight.
     pub fn new(parameters: Parameters) -> Result<Film, ThicknessError> {
         parameters.check()?;
+        simd::level().map_err(|error| ThicknessError { key: simd::VARIABLE, message: error.message() })?;
         let p = &parameters;
         let grid = Grid::new(p.shape, p.columns, p.rows);
         let longest = p.noise_length_m[0];
