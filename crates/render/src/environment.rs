@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use iridesce_numerics::simd;
 use fearless_simd::{Simd, dispatch, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_numerics::latlong;
+use iridesce_numerics::simd;
 use iridesce_numerics::turns::atan2_turns;
 use iridesce_optics::color::REC709_LUMINANCE;
 use iridesce_scene::EnvironmentMap;

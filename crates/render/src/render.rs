@@ -2,9 +2,8 @@
 
 use std::time::Instant;
 
-use iridesce_numerics::simd;
 use fearless_simd::{Level, Simd, dispatch};
-use iridesce_numerics::Watch;
+use iridesce_numerics::{Watch, simd};
 use iridesce_scene::{ResolvedScene, Scene};
 use rayon::prelude::*;
 
