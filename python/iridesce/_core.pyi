@@ -134,6 +134,32 @@ def stack_layer_airy(
     layer: int,
     out: _C128,
 ) -> None: ...
+def stack_averaged(
+    quantity: str,
+    polarization: str,
+    media: list[Medium],
+    coherent: list[bool],
+    lines: list[tuple[str, float]],
+    thickness_sd_nm: list[float],
+    tolerance: float,
+    wavelength_nm: _F64,
+    angle_deg: _F64,
+    thickness_nm: _F64,
+) -> tuple[_F64, _F64]: ...
+def stack_mueller(
+    direction: str,
+    indices: _C128,
+    thickness_nm: _F64,
+    coherent: list[bool],
+    wavelength_nm: _F64,
+    angle_deg: _F64,
+    out: _F64,
+) -> None: ...
+def two_beam_purity(n: _F64, shape: list[int]) -> _F64: ...
+def graded_slices(
+    index_at: Callable[[float], _C128], wavelength_nm: _F64, thickness_nm: float, tolerance: float
+) -> int: ...
+def color_parts(media: list[Medium], coherent: list[bool], thickness_nm: _F64, angle_deg: _F64) -> list[int]: ...
 def stack_fields(
     polarization: str,
     indices: _C128,
@@ -288,6 +314,9 @@ def scene_text(name: str) -> str: ...
 
 SIMD_LEVEL: str
 MAX_SAMPLES: int
+MOST_SLABS: int
+REC709_LUMINANCE: list[float]
+VISIBLE_NM: tuple[float, float]
 
 def render_scene(
     scene: Scene,

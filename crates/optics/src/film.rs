@@ -159,7 +159,7 @@ pub fn two_beam_purity(n: [f64; 3]) -> Result<f64, OpticsError> {
     let (r12, r23) = two_beam_amplitudes(n)?;
     if r12 * r23 == 0.0 {
         return Err(OpticsError::Argument(format!(
-            "the purity eps has no value where an interface does not reflect, got indices {n:?}"
+            "the purity eps of indices {n:?} has no value where an interface does not reflect"
         )));
     }
     Ok((r12 - r23) * (r12 - r23) / (4.0 * r12 * r23))

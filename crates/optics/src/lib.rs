@@ -5,6 +5,7 @@
 //! `error -> spectrum -> medium -> incidence -> fresnel -> film -> stack -> color`.
 //! Conventions (units, signs, polarisation names) are written once, in `docs/reference/conventions.md`.
 
+pub mod coherence;
 pub mod color;
 pub mod error;
 pub mod film;

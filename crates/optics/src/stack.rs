@@ -6,6 +6,7 @@
 
 mod derivatives;
 mod fields;
+pub mod graded;
 pub mod layer;
 mod march;
 mod runs;
@@ -17,6 +18,7 @@ mod text;
 pub use crate::fresnel::{Amplitudes, Polarization};
 pub use derivatives::{Derivatives, LayerAiry, ellipsometry_derivatives, layer_airy, power_derivatives};
 pub use fields::{FieldAt, Fields};
+pub(crate) use slabs::averages as phase_averages;
 pub use solver::{Powers, Solver};
 pub use text::StackText;
 

@@ -9,6 +9,7 @@ use iridesce::optics::color::{
     self, Adaptation, ColorRequest, Dias1991, DiasMatrix, DiasTable, Forced, Grid, Model, Observer, Quantity, Space,
     StackColor, Weights,
 };
+use iridesce::optics::medium::VISIBLE_NM;
 use iridesce::optics::{Complex64, OpticsError, Polarization};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
@@ -23,6 +24,8 @@ const SLICE: Duration = Duration::from_millis(100);
 
 /// Adds this stage's names to `_core`.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("VISIBLE_NM", VISIBLE_NM)?;
+    module.add("REC709_LUMINANCE", color::REC709_LUMINANCE)?;
     module.add_class::<Illuminant>()?;
     module.add_function(wrap_pyfunction!(illuminant_names, module)?)?;
     module.add_function(wrap_pyfunction!(color_matching, module)?)?;

@@ -5,6 +5,7 @@
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
+mod coherence;
 mod color;
 mod color_table;
 mod derivatives;
@@ -31,6 +32,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     stack::register(module)?;
     derivatives::register(module)?;
     fields::register(module)?;
+    coherence::register(module)?;
     color::register(module)?;
     color_table::register(module)?;
     thickness::register(module)?;

@@ -114,18 +114,12 @@ def color_derivatives(
 
 
 def _parts(self: Multilayer, points: list[Floats]) -> npt.NDArray[np.int64]:
-    """Into how many parts the colour sum divides its 1 nm steps: powers of two, 2 n t cos(theta) step / lambda^2 <= 1/4."""
-    wavelengths = np.arange(360.0, 831.0)
-    n = [np.broadcast_to(medium._core.index_extended(wavelengths)[0], wavelengths.shape) for medium in self.media]
+    """Into how many parts the colour sum divides its 1 nm steps at each point (angle, then thicknesses)."""
     angle_deg, *thickness_nm = points
-    across = np.multiply.outer(np.sin(np.radians(angle_deg)) ** 2, n[0].real ** 2)
-    fringe = np.zeros(angle_deg.size)
-    for layer, index, thickness in zip(self.layers, n[1:-1], thickness_nm, strict=True):
-        if layer.coherent:
-            path = np.abs(np.sqrt(index**2 - across + 0j).real)
-            fringe += thickness * (2.0 * path / wavelengths**2).max(axis=1)
-    halvings = np.ceil(np.log2(np.maximum(fringe / 0.25, 1.0)))
-    return np.asarray(2 ** np.minimum(halvings, 12).astype(np.int64))
+    columns = np.stack(thickness_nm, axis=-1) if thickness_nm else np.empty((angle_deg.size, 0))
+    media, coherent = [medium._core for medium in self.media], [layer.coherent for layer in self.layers]
+    parts = _core.color_parts(media, coherent, np.ascontiguousarray(columns), np.ascontiguousarray(angle_deg))
+    return np.asarray(parts, dtype=np.int64)
 
 
 def color_uncertainty(

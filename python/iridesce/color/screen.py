@@ -74,7 +74,7 @@ def monochromatic(wavelength_nm: Floats) -> Floats:
 def readable_on(rgb: Floats) -> str:
     """Black or white, whichever is read more easily on an encoded sRGB colour."""
     linear = _convert(rgb, "srgb", "linear-srgb")
-    return "#000000" if float(linear @ [0.2126, 0.7152, 0.0722]) > 0.18 else "#ffffff"
+    return "#000000" if float(linear @ _core.REC709_LUMINANCE) > 0.18 else "#ffffff"
 
 
 def _convert(colors: Floats, from_space: str, to_space: str) -> Floats:

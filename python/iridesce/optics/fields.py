@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,14 +10,11 @@ import numpy.typing as npt
 from iridesce import _core
 from iridesce.arguments.operands import Floats, new_array, real_operand
 from iridesce.arguments.scalars import one_of
-from iridesce.optics.layer import Layer
 from iridesce.optics.multilayer import Multilayer
 
 Complexes = npt.NDArray[np.complex128]
 
 _DIRECTIONS = ("reflection", "transmission")
-# Phases over which an incoherent slab is averaged: doubled until nothing changes any more.
-_FEWEST_PHASES, _MOST_PHASES, _SAME = 8, 512, 1e-13
 
 
 class FieldProfile(NamedTuple):
@@ -95,83 +91,18 @@ def mueller(
     >>> ir.Stack(["air", 1.5]).mueller(550.0, 56.309932474).round(4)[:2, :2].tolist()
     [[0.074, 0.074], [0.074, 0.074]]
     """
-    which = _DIRECTIONS.index(one_of("direction", direction, _DIRECTIONS))
-    power = self.transmittance if which else self.reflectance
-    s, p = (np.asarray(power(wavelength_nm, angle_deg, polarization)) for polarization in ("s", "p"))
-    cross = _cross(self, wavelength_nm, angle_deg, which)
-    matrix: Floats = new_array("mueller", (*s.shape, 4, 4))
-    matrix[...] = 0.0
-    matrix[..., 0, 0] = matrix[..., 1, 1] = 0.5 * (s + p)
-    matrix[..., 0, 1] = matrix[..., 1, 0] = 0.5 * (s - p)
-    matrix[..., 2, 2] = matrix[..., 3, 3] = cross.real
-    matrix[..., 3, 2] = cross.imag
-    matrix[..., 2, 3] = -cross.imag
-    return matrix
-
-
-def _cross(self: Multilayer, wavelength_nm: npt.ArrayLike, angle_deg: npt.ArrayLike, which: int) -> Complexes:
-    """The mean of a_s conj(a_p) over the phases of incoherent slabs; in transmission times the ratio of fluxes."""
-    slabs = [place for place, layer in enumerate(self.layers) if not layer.coherent]
-    if not slabs:
-        return _coherent_cross(self, wavelength_nm, angle_deg, which)
-    if len(slabs) > 2:
+    direction = one_of("direction", direction, _DIRECTIONS)
+    shape, arguments = self._arguments(wavelength_nm, angle_deg)
+    slabs = sum(not layer.coherent for layer in self.layers)
+    if slabs > _core.MOST_SLABS:
         raise ValueError(
-            f"the Mueller matrix of a stack takes at most 2 incoherent slabs, got {len(slabs)} in {self!r}"
+            f"the Mueller matrix of a stack takes at most {_core.MOST_SLABS} incoherent slabs, got {slabs} in {self!r}"
         )
-    phases = _FEWEST_PHASES
-    last = _phase_mean(self, slabs, phases, wavelength_nm, angle_deg, which)
-    while phases < (_MOST_PHASES if len(slabs) == 1 else 64):
-        phases *= 2
-        mean = _phase_mean(self, slabs, phases, wavelength_nm, angle_deg, which)
-        if np.max(np.abs(mean - last), initial=0.0) < _SAME:
-            return mean
-        last = mean
-    return last
-
-
-def _phase_mean(
-    self: Multilayer, slabs: list[int], phases: int, wavelength_nm: npt.ArrayLike, angle_deg: npt.ArrayLike, which: int
-) -> Complexes:
-    """Exact but for terms of order (r r')^phases: the function is periodic in each phase."""
-    wavelength, angle = np.asarray(wavelength_nm, dtype=float), np.asarray(angle_deg, dtype=float)
-    first = np.asarray(self.first.index(wavelength)).real
-    turns = []
-    for slab in slabs:
-        index = np.asarray(self.layers[slab].medium.index(wavelength))
-        kz = np.sqrt(index**2 - (first * np.sin(np.radians(angle))) ** 2 + 0j)
-        k0_d = 2.0 * np.pi * np.asarray(self.layers[slab].thickness_nm) / wavelength
-        turns.append(np.where(_averages(index, kz, k0_d), wavelength / (2.0 * np.maximum(kz.real, 1e-30)), 0.0))
-    total: Any = 0.0
-    for shifts in product(range(phases), repeat=len(slabs)):
-        layers = list(self.layers)
-        for slab, turn, shift in zip(slabs, turns, shifts, strict=True):
-            layers[slab] = Layer(layers[slab].medium, layers[slab].thickness_nm + turn * (shift / phases))
-        for place, layer in enumerate(layers):
-            layers[place] = Layer(layer.medium, layer.thickness_nm)
-        moved = Multilayer([self.first, *layers, self.last])
-        total = total + _coherent_cross(moved, wavelength, angle, which)
-    return np.asarray(total / phases ** len(slabs))
-
-
-def _averages(index: Any, kz: Any, k0_d: Any) -> Any:
-    """Whether a slab has a phase to average; the rule of the solver (`averages` in crates/optics/src/stack/slabs.rs)."""
-    of_kz, of_n = np.angle(kz), np.angle(index)
-    theta = np.maximum(np.abs(of_kz), np.abs(2.0 * of_n - of_kz))
-    growth = np.arcsinh(np.tan(np.minimum(theta, 1.5707)))
-    passive = (index.imag <= 0.0) | ((theta < 0.5 * np.pi) & (growth <= kz.imag * k0_d))
-    return (np.abs(kz.imag) < np.abs(kz.real)) & passive
-
-
-def _coherent_cross(self: Multilayer, wavelength_nm: npt.ArrayLike, angle_deg: npt.ArrayLike, which: int) -> Complexes:
-    s = np.asarray(self.amplitudes(wavelength_nm, angle_deg, "s")[which])
-    p = np.asarray(self.amplitudes(wavelength_nm, angle_deg, "p")[which])
-    if which == 0:
-        return np.asarray(s * p.conj())
-    # The flux of a wave with s and p is not the product of amplitudes alone: sqrt(T_s T_p) with its phase.
-    sizes = [np.asarray(self.transmittance(wavelength_nm, angle_deg, polarization)) for polarization in ("s", "p")]
-    both = np.abs(s) * np.abs(p)
-    turned = np.where(both > 0.0, s * p.conj() / np.where(both > 0.0, both, 1.0), 1.0)
-    return np.asarray(np.sqrt(sizes[0] * sizes[1]) * turned)
+    matrix: Floats = new_array("mueller", (*shape, 4, 4))
+    indices, thickness_nm, wavelengths, angles = self._elements(shape, arguments)
+    coherent = [layer.coherent for layer in self.layers]
+    _core.stack_mueller(direction, indices, thickness_nm, coherent, wavelengths, angles, matrix.reshape(-1, 16))
+    return matrix
 
 
 def field_profile(

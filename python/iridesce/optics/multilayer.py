@@ -8,7 +8,8 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from iridesce.arguments.operands import Floats, Operand, broadcast_shape, checked_out, new_array, place, real_operand
+from iridesce import _core
+from iridesce.arguments.operands import Floats, Operand, broadcast_shape, checked_out, new_array, real_operand
 from iridesce.arguments.scalars import one_of
 from iridesce.optics.evaluation import check_ends, evaluate, index_at, medium_repr
 from iridesce.optics.layer import Fixed, Layer
@@ -304,14 +305,10 @@ class Multilayer(Fixed):
         indices = [index_at(medium, wavelength.values) for medium in self.media]
         if any(np.any(index.imag != 0.0) for index in indices):
             raise ValueError("the two-beam form takes real indices: every medium must have k = 0")
-        n = [np.broadcast_to(index.real, wavelength.values.shape) for index in indices]
-        r12, r23 = (n[0] - n[1]) / (n[0] + n[1]), (n[1] - n[2]) / (n[1] + n[2])
-        dark = r12 * r23 == 0.0
-        if np.any(dark):
-            where = place(np.unravel_index(int(np.argmax(dark)), dark.shape))
-            raise ValueError(f"the purity eps has no value where an interface does not reflect{where}")
-        eps = np.broadcast_to((r12 - r23) ** 2 / (4.0 * r12 * r23), wavelength.shape)
-        return eps.copy() if wavelength.shape else float(eps)
+        full = [np.broadcast_to(index.real, wavelength.values.shape).reshape(-1) for index in indices]
+        own = wavelength.values.shape if wavelength.shape else ()
+        eps = _core.two_beam_purity(np.ascontiguousarray(np.stack(full, axis=-1)), list(own))
+        return np.broadcast_to(eps.reshape(wavelength.values.shape), wavelength.shape).copy() if own else float(eps[0])
 
     def __repr__(self) -> str:
         items = [medium_repr(self.first), *map(repr, self.layers), medium_repr(self.last)]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iridesce import color
+from iridesce import _core, color
 from iridesce.arguments.operands import Floats
 from iridesce.color.screen import gains, gains_in_words, readable_on, screen
 from iridesce.plot._arguments import Family, Stacks, angles, even, family, listed, samples
@@ -172,7 +172,8 @@ def _colors(
 
 def newton_xyz(retardation_nm: Floats, light: color.Illuminant, observer: str = "cie1931") -> Floats:
     """XYZ of sin^2(pi G / lambda), the scale with a black centre: (..., 3)."""
-    wavelength_nm = np.arange(360.0, 831.0)
+    first, last = _core.VISIBLE_NM
+    wavelength_nm = np.arange(first, last + 1.0)
     spectra = np.sin(np.pi * retardation_nm[..., None] / wavelength_nm) ** 2
     return color.spectrum_to_xyz(wavelength_nm, spectra, light, observer)
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from iridesce import _core
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -86,7 +88,8 @@ def _theme_of(figure: Figure, ax: Axes) -> Theme:
     ground = to_rgba(figure.get_facecolor())
     if ground[3] < 0.5:  # a transparent figure: the page below is white more often than not
         return LIGHT
-    theme = LIGHT if 0.2126 * ground[0] + 0.7152 * ground[1] + 0.0722 * ground[2] > 0.4 else DARK
+    luminance = sum(weight * value for weight, value in zip(_core.REC709_LUMINANCE, ground, strict=False))
+    theme = LIGHT if luminance > 0.4 else DARK
     ax.set_facecolor(ground)
     return replace(theme, paper=to_hex(ground))
 

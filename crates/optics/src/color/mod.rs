@@ -28,5 +28,5 @@ pub use matrix::Matrix;
 pub use observer::{FIRST_NM, LAST_NM, Observer};
 pub use request::{ColorRequest, Model, Quantity};
 pub use space::{ACES_XY, Adaptation, C_XY, D50_XY, D65_XY, REC709_LUMINANCE, SPACES, Space, bradford, xyz_of_xy};
-pub use stack_color::{Colors, FRINGE_STEPS, Forced, StackColor};
+pub use stack_color::{Colors, FRINGE_STEPS, Forced, StackColor, fringe_parts};
 pub use sums::{Grid, Weights};

@@ -313,18 +313,12 @@ impl<'a> AtAngle<'a> {
         let incidence = Incidence::from_degrees(angle_deg)?;
         let level = of.level(0)?;
         let (request, step) = (&of.request, of.grid().step_nm);
-        // Of each distinct medium, then of each layer.
-        let mut fringe_of = vec![0.0_f64; of.distinct.len()];
-        for (i, &nm) in level.weights.wavelength_nm.iter().enumerate() {
-            if level.weights.grid_index[i].is_none() {
-                continue; // a line is exact at any thickness
-            }
-            let n_first = of.index(level, 0, i).re;
-            for (fringe, &place) in fringe_of.iter_mut().zip(&of.distinct) {
-                let path = sqrt_upper(incidence.kz_squared(n_first, of.index(level, place, i))).re.abs();
-                *fringe = fringe.max(2.0 * path * step / (nm * nm));
-            }
-        }
+        // A line is exact at any thickness.
+        let on_grid = (0..level.weights.wavelength_nm.len()).filter(|&i| level.weights.grid_index[i].is_some());
+        let at = |i: usize| level.weights.wavelength_nm[i];
+        let fringe_of = fringes(on_grid.map(|i| (i, at(i))), of.distinct.len(), &incidence, step, |medium, i| {
+            of.index(level, medium.map_or(0, |number| of.distinct[number]), i)
+        });
         let layers = request.coherent.iter().zip(&of.of[1..]);
         let fringe_per_nm = layers.map(|(&coherent, &medium)| if coherent { fringe_of[medium] } else { 0.0 }).collect();
         Ok(AtAngle { of, angle_deg, incidence, watch, fringe_per_nm })
@@ -457,6 +451,63 @@ impl<'a> AtAngle<'a> {
                 .collect(),
         })
     }
+}
+
+/// Of each distinct medium max over the wavelengths of 2 Re(n cos theta) step / lambda^2; `index` tells that of the first medium
+/// (`None`) or of a distinct one.
+fn fringes(
+    wavelength_nm: impl Iterator<Item = (usize, f64)>,
+    media: usize,
+    incidence: &Incidence,
+    step_nm: f64,
+    index: impl Fn(Option<usize>, usize) -> Complex64,
+) -> Vec<f64> {
+    let mut fringe_of = vec![0.0_f64; media];
+    for (i, nm) in wavelength_nm {
+        let n_first = index(None, i).re;
+        for (medium, fringe) in fringe_of.iter_mut().enumerate() {
+            let path = sqrt_upper(incidence.kz_squared(n_first, index(Some(medium), i))).re.abs();
+            *fringe = fringe.max(2.0 * path * step_nm / (nm * nm));
+        }
+    }
+    fringe_of
+}
+
+/// Into how many parts (a power of two) the sum of a stack's colour divides its 1 nm steps at some points, so that every
+/// fringe has its steps: the rule of [`StackColor`], for sums of other things over the same spectra. `thickness_nm` holds
+/// one row of layers a point.
+pub fn fringe_parts(
+    media: &[Medium],
+    coherent: &[bool],
+    thickness_nm: &[f64],
+    angle_deg: &[f64],
+) -> Result<Vec<usize>, OpticsError> {
+    let layers = coherent.len();
+    if media.len() != layers + 2 || thickness_nm.len() != layers * angle_deg.len() {
+        return Err(OpticsError::Argument("media, thicknesses and angles do not belong together".into()));
+    }
+    let (distinct, of) = distinct(media);
+    let grid: Vec<f64> = (FIRST_NM as u32..=LAST_NM as u32).map(f64::from).collect();
+    let table = |&place: &usize| grid.iter().map(|&nm| media[place].index_extended(nm).map(|(n, _)| n)).collect();
+    let tables: Vec<Vec<Complex64>> = distinct.iter().map(table).collect::<Result<_, _>>()?;
+    let mut known: Option<(f64, Vec<f64>)> = None;
+    let mut parts = Vec::with_capacity(angle_deg.len());
+    for (point, &angle) in angle_deg.iter().enumerate() {
+        let fringe_of = match known.take() {
+            Some((at, fringe_of)) if at == angle => fringe_of,
+            _ => {
+                let incidence = Incidence::from_degrees(angle)?;
+                let index = |medium: Option<usize>, i: usize| tables[medium.unwrap_or(of[0])][i];
+                fringes(grid.iter().copied().enumerate(), distinct.len(), &incidence, 1.0, index)
+            }
+        };
+        let row = thickness_nm[point * layers..][..layers].iter().zip(coherent).zip(&of[1..]);
+        let fringe: f64 = row.map(|((t, &coherent), &medium)| if coherent { fringe_of[medium] * t } else { 0.0 }).sum();
+        let halvings = (0..HALVINGS).find(|&h| fringe <= FRINGE_STEPS * (1_usize << h) as f64);
+        parts.push(1 << halvings.unwrap_or(HALVINGS));
+        known = Some((angle, fringe_of));
+    }
+    Ok(parts)
 }
 
 /// How often the 1 nm steps are halved so that every fringe has its steps.

@@ -23,7 +23,7 @@ use crate::{Complex64, OpticsError};
 /// `tan(pi/4 + theta/2) = exp(asinh(tan theta))`. Between two such faces light would grow from bounce to bounce, and the
 /// sum over bounces have no meaning, unless the way there and back takes more than that: `asinh(tan theta) <= Im kz k0 d`.
 /// For weak absorption that is a phase of one radian.
-pub(super) fn averages(n: Complex64, kz: Complex64, k0_d: f64) -> bool {
+pub(crate) fn averages(n: Complex64, kz: Complex64, k0_d: f64) -> bool {
     if kz.im >= kz.re {
         return false;
     }

@@ -23,6 +23,7 @@ mod single;
 use fearless_simd::Level;
 use iridesce_numerics::{Watch, simd};
 
+pub use general::place_name;
 pub use iridesce_numerics::simd::levels;
 pub use march::Power;
 pub use quantity::Quantity;
