@@ -7,10 +7,8 @@ use iridesce_optics::color::{
     gamut::{Gamut, Mapping},
     illuminant_names,
 };
-use iridesce_optics::film::two_beam_reflectance;
-use iridesce_optics::incidence::Incidence;
 use iridesce_optics::stack::StackText;
-use iridesce_optics::stack::sweep::{Operand, Power, Sweep, SweepRequest};
+use iridesce_optics::stack::sweep::{Operand, Quantity as Asked, Sweep, SweepRequest};
 use iridesce_optics::{Beyond, Layer, Medium, OpticsError, Polarization, Stack, medium};
 
 use crate::face::Face;
@@ -187,47 +185,19 @@ pub fn spectrum(face: &mut Face) -> Result<(), String> {
     };
     check_count(wavelengths.len(), "wavelengths")?;
     let stack = stack_of(&read);
-    if model == Model::Exact
-        && let Some(values) = swept(&stack, *angle, wavelengths, quantity, polarization)?
-    {
-        face.result = values;
-        return Ok(());
-    }
-    let incidence = Incidence::from_degrees(*angle).map_err(words)?;
-    let mut result = Vec::with_capacity(wavelengths.len());
-    for &nm in wavelengths {
-        if model == Model::TwoBeam {
-            let indices = stack.indices(nm).map_err(words)?;
-            let [a, b, c] = indices.as_slice() else {
-                return Err("model=\"two-beam\" needs exactly one layer".to_owned());
-            };
-            if [a, b, c].iter().any(|n| n.im != 0.0) {
-                return Err(format!("model=\"two-beam\" needs real indices, got {indices:?} at {nm} nm"));
-            }
-            let film = two_beam_reflectance([a.re, b.re, c.re], read.thickness_nm[0], nm, incidence.cos_theta());
-            result.push(film.map_err(words)?);
-            continue;
-        }
-        let response = stack.solve(nm, *angle, polarization).map_err(words)?;
-        result.push(match quantity {
-            Quantity::Reflectance => response.reflectance,
-            Quantity::Transmittance => response.transmittance,
-            Quantity::Absorptance => 1.0 - response.reflectance - response.transmittance,
-        });
-    }
-    face.result = result;
+    let asked = if model == Model::TwoBeam { Asked::TwoBeam } else { Asked::Power(quantity) };
+    face.result = swept(&stack, *angle, wavelengths, asked, polarization)?;
     Ok(())
 }
 
-/// The spectrum by the vector kernels, which every other face of this program asks too, so that all agree to the last
-/// digits; nothing where they do not cover the stack.
+/// The spectrum by the sweep that every other face of this program asks too, so that all agree to the last digits.
 fn swept(
     stack: &Stack,
     angle_deg: f64,
     wavelength_nm: &[f64],
-    quantity: Quantity,
+    quantity: Asked,
     polarization: Polarization,
-) -> Result<Option<Vec<f64>>, String> {
+) -> Result<Vec<f64>, String> {
     let mut tables = vec![Vec::with_capacity(wavelength_nm.len()); stack.layers.len() + 2];
     for &nm in wavelength_nm {
         if !(nm > 0.0 && nm.is_finite()) {
@@ -237,30 +207,21 @@ fn swept(
             table.push(index);
         }
     }
-    if stack.layers.iter().any(|layer| !layer.coherent) {
-        return Ok(None);
-    }
     let thickness: Vec<[f64; 1]> = stack.layers.iter().map(|layer| [layer.thickness_nm]).collect();
     let angle = [angle_deg];
     let sweep = Sweep::new(SweepRequest {
-        power: match quantity {
-            Quantity::Reflectance => Power::Reflectance,
-            Quantity::Transmittance => Power::Transmittance,
-            Quantity::Absorptance => Power::Absorptance,
-        },
+        quantity,
         polarization,
         indices: tables.iter().map(Vec::as_slice).collect(),
+        coherent: stack.layers.iter().map(|layer| layer.coherent).collect(),
         shape: vec![wavelength_nm.len()],
         wavelength_nm: Operand { values: wavelength_nm, strides: vec![1] },
         angle_deg: Operand { values: &angle, strides: vec![0] },
         thickness_nm: thickness.iter().map(|values| Operand { values, strides: vec![0] }).collect(),
     });
-    let Some(sweep) = sweep else {
-        return Ok(None);
-    };
     let mut values = vec![0.0; wavelength_nm.len()];
-    sweep.evaluate(&mut values).map_err(words)?;
-    Ok(Some(values))
+    sweep.map_err(words)?.evaluate(&mut values).map_err(words)?;
+    Ok(values)
 }
 
 /// X, Y, Z of the light, Y = 1.
