@@ -45,7 +45,7 @@ MAY_USE: dict[str, set[str]] = {
 
 # Inside a crate that has a row, a top-level module may use the ones before it.
 MODULE_ORDER: dict[str, list[str]] = {
-    "optics": ["error", "spectrum", "medium", "incidence", "fresnel", "film", "stack", "color"],
+    "optics": ["error", "spectrum", "medium", "incidence", "fresnel", "mueller", "film", "stack", "coherence", "color"],
     "inverse": ["error", "cholesky", "response", "evidence"],
 }
 

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! simd (which instructions) | number (scalar, f64 lanes, f32 lanes) -> turns, complex, interpolation; lanes (storage)
-//! vector, latlong (maps of directions), noise, watch
+//! sums, vector, latlong (maps of directions), noise, watch
 //! ```
 
 pub mod complex;
@@ -12,6 +12,7 @@ pub mod latlong;
 pub mod noise;
 pub mod number;
 pub mod simd;
+pub mod sums;
 pub mod turns;
 pub mod vector;
 pub mod watch;

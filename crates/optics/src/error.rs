@@ -29,3 +29,25 @@ impl From<iridesce_numerics::simd::SimdError> for OpticsError {
         OpticsError::Argument(error.to_string())
     }
 }
+
+/// `at index (2, 0)`, as arrays are indexed; nothing for a scalar.
+pub(crate) fn name_of(index: &[usize]) -> String {
+    match index {
+        [] => String::new(),
+        [index] => format!("at index ({index},)"),
+        place => {
+            let indices: Vec<String> = place.iter().map(usize::to_string).collect();
+            format!("at index ({})", indices.join(", "))
+        }
+    }
+}
+
+/// `at index (2, 0)`: where an element of an array stands that is counted in C order; nothing for a scalar.
+pub fn place_name(shape: &[usize], mut element: usize) -> String {
+    let mut index = vec![0; shape.len()];
+    for (index, &length) in index.iter_mut().zip(shape).rev() {
+        *index = element % length.max(1);
+        element /= length.max(1);
+    }
+    name_of(&index)
+}

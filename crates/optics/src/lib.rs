@@ -2,7 +2,7 @@
 //! multilayers, colour. All `f64`, no file I/O (texts are parsed, files are the caller's).
 //!
 //! The modules depend on one another in one direction only:
-//! `error -> spectrum -> medium -> incidence -> fresnel -> film -> stack -> color`.
+//! `error -> spectrum -> medium -> incidence -> fresnel -> mueller -> film -> stack -> coherence -> color`.
 //! Conventions (units, signs, polarisation names) are written once, in `docs/reference/conventions.md`.
 
 pub mod coherence;
@@ -16,7 +16,7 @@ pub mod mueller;
 pub mod spectrum;
 pub mod stack;
 
-pub use error::OpticsError;
+pub use error::{OpticsError, place_name};
 pub use medium::{Beyond, Medium};
 pub use num_complex::Complex64;
 pub use stack::{Layer, Polarization, Stack};

@@ -3,8 +3,8 @@
 use iridesce::optics::coherence::{AverageRequest, Direction, LineShape, MOST_SLABS, averaged, mueller};
 use iridesce::optics::color::fringe_parts;
 use iridesce::optics::stack::graded;
-use iridesce::optics::stack::sweep::{Power, place_name};
-use iridesce::optics::{Complex64, Polarization, film};
+use iridesce::optics::stack::sweep::Power;
+use iridesce::optics::{Complex64, Polarization, film, place_name};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
 

@@ -115,7 +115,7 @@ mod tests {
         for count in [1, 2, 5, 16, 64, 257] {
             let (nodes, weights) = legendre(count);
             assert!(nodes.windows(2).all(|pair| pair[0] < pair[1]));
-            for power in [0, 1, 2, 2 * count.min(8) - 1, 2 * count.min(8) - 2] {
+            for power in [0, 1, 2, 13, 14, 15].into_iter().filter(|power| *power < 2 * count) {
                 let sum: f64 = nodes.iter().zip(&weights).map(|(x, w)| w * x.powi(power as i32)).sum();
                 let exact = if power % 2 == 0 { 2.0 / (power as f64 + 1.0) } else { 0.0 };
                 assert!((sum - exact).abs() < 1e-13, "{count} {power}: {sum} {exact}");

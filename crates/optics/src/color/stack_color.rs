@@ -4,6 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::OnceLock;
 
 use iridesce_numerics::Watch;
+use iridesce_numerics::sums::dot;
 use rayon::prelude::*;
 
 use super::difference::ciede2000;
@@ -14,7 +15,7 @@ use super::sums::{Grid, Weights};
 use super::two_beam::TwoBeamSpectrum;
 use crate::incidence::{Incidence, sqrt_upper};
 use crate::stack;
-use crate::stack::sweep::{Operand, Sweep, SweepRequest, dot};
+use crate::stack::sweep::{Operand, Sweep, SweepRequest};
 use crate::{Complex64, Medium, OpticsError};
 
 /// A fringe needs 4 steps of the sum or more: 2 n t cos(theta) step / lambda^2 <= 1/4.

@@ -23,11 +23,9 @@ mod single;
 use fearless_simd::Level;
 use iridesce_numerics::{Watch, simd};
 
-pub use general::place_name;
 pub use iridesce_numerics::simd::levels;
 pub use march::Power;
 pub use quantity::Quantity;
-pub(crate) use run::dot;
 
 use self::axes::{Axis, Walk, axes_of};
 use self::media::Media;

@@ -2,6 +2,7 @@
 
 use super::march::Power;
 use super::{Quantity, Sweep};
+use crate::error::name_of;
 use crate::film::two_beam_reflectance;
 use crate::incidence::Incidence;
 use crate::stack::{Polarization, Solver, ellipsometry};
@@ -146,26 +147,4 @@ impl Sweep<'_> {
 fn named_place(index: &[usize]) -> String {
     let name = name_of(index);
     if name.is_empty() { name } else { format!(" ({name})") }
-}
-
-/// `at index (2, 0)`, as arrays are indexed; nothing for a scalar.
-fn name_of(index: &[usize]) -> String {
-    match index {
-        [] => String::new(),
-        [index] => format!("at index ({index},)"),
-        place => {
-            let indices: Vec<String> = place.iter().map(usize::to_string).collect();
-            format!("at index ({})", indices.join(", "))
-        }
-    }
-}
-
-/// `at index (2, 0)`: where an element of an array stands that is counted in C order; nothing for a scalar.
-pub fn place_name(shape: &[usize], mut element: usize) -> String {
-    let mut index = vec![0; shape.len()];
-    for (index, &length) in index.iter_mut().zip(shape).rev() {
-        *index = element % length.max(1);
-        element /= length.max(1);
-    }
-    name_of(&index)
 }

@@ -2,6 +2,8 @@
 
 use fearless_simd::{Simd, dispatch};
 
+use iridesce_numerics::sums::dot;
+
 use super::axes::{Axis, Inner, Walk, split};
 use super::film::{FilmRows, along_rows, along_thickness, weigh_along_rows};
 use super::lanes::{LANES, Lane, add_weighted};
@@ -454,18 +456,4 @@ impl Sweep<'_> {
             Power::Absorptance => desk.solver.absorptance(self.polarization, &mut desk.scratch),
         }
     }
-}
-
-/// Sum of products, in four interleaved sums: the order is fixed, and the compiler may use vectors.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (a4, a_rest) = a.as_chunks::<4>();
-    let (b4, b_rest) = b.as_chunks::<4>();
-    for (a, b) in a4.iter().zip(b4) {
-        for i in 0..4 {
-            sums[i] += a[i] * b[i];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
