@@ -1,8 +1,8 @@
 //! Holds a tree against the schema: structure, names and ranges, all that is wrong at once. No map is read and no film
 //! flows.
 
-use iridesce_numerics::vector::length;
 use iridesce_files::quoted;
+use iridesce_numerics::vector::length;
 
 use crate::error::SceneError;
 use crate::files::map_file;

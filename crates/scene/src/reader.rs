@@ -1,7 +1,5 @@
 //! Reading values out of the tree with errors that say where: every reader of a table names the keys it knows.
 
-use iridesce_numerics::vector::length;
-
 use crate::error::SceneError;
 use crate::schema::{Default, Kind};
 use crate::tree::{Node, Value};
