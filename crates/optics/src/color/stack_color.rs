@@ -768,10 +768,9 @@ mod tests {
         let y = coarse.colors(&vec![10.0; 10_000], &[0.0]).unwrap().values[0][1];
         assert!((0.0..=1.0).contains(&y), "{y}");
 
-        let media = (0..400).map(|j| {
-            let rows: String =
-                (0..3).map(|i| format!("{},{}\n", 300 + 300 * i, 1.3 + 0.001 * f64::from(i + j))).collect();
-            Medium::from_csv(&rows, "own").unwrap()
+        let media = (0..400_u32).map(|j| {
+            let row = |i: u32| (i as usize + 1, 300.0 + 300.0 * f64::from(i), 1.3 + 0.001 * f64::from(i + j), 0.0);
+            Medium::from_rows(&[row(0), row(1), row(2)], false, "own", "").unwrap()
         });
         let mut asked = request(&n[..402], &[true; 400]);
         asked.media.splice(1..401, media);
