@@ -157,6 +157,7 @@ impl Checker<'_> {
             Takes::Medium => medium(node, path).map(drop),
             Takes::Illuminant => text(node, path)
                 .and_then(|name| illuminant(name, self.origin).map(drop).map_err(|e| e.at(path, node.line))),
+            Takes::Text => text(node, path).map(drop),
             Takes::File => text(node, path)
                 .and_then(|name| map_file(self.origin, name).map(drop).map_err(|e| e.at(path, node.line))),
             Takes::Builtin(names) => text(node, path).and_then(|name| match names.contains(&name) {

@@ -1,33 +1,31 @@
 //! Files that a scene names: found beside it and asked whether they are ordinary ones; read whole, and once, when the
 //! scene is resolved.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use iridesce_files::{
-    EnvironmentMap, Grid, MAX_GRID_BYTES, check_ordinary, decode_environment, decode_thickness, quoted, read_whole,
+    EnvironmentMap, Grid, MAX_ENVIRONMENT_BYTES, MAX_GRID_BYTES, MapChoice, check_ordinary, quoted, read_environment,
+    read_grid, read_whole_watched,
 };
+use iridesce_numerics::Watch;
 use iridesce_thickness::ThicknessMap;
 
 use crate::cache::Cache;
 use crate::error::SceneError;
 use crate::model::{MapFile, Origin};
 
-/// Largest file of a map: the largest map in single precision, and then some.
-const MAX_MAP_BYTES: u64 = 4 << 30;
-
 /// The file that a scene calls `name`: it is there, an ordinary one, and where the scene may read. Nothing of it is read.
 pub fn map_file(origin: &Origin, name: &str) -> Result<MapFile, SceneError> {
     let path = origin.resolve(name)?;
     check_ordinary(&path).map_err(|why| SceneError::new(format!("{} cannot be used as a map: {why}", quoted(name))))?;
-    Ok(MapFile { name: name.to_owned(), path })
+    Ok(MapFile { name: name.to_owned(), path, channel: None, page: None })
 }
 
 /// The maps that scenes have read, so that changing a value of a scene does not read them again.
 #[derive(Debug, Default)]
 pub struct Maps {
-    environments: Cache<PathBuf, Arc<EnvironmentMap>>,
-    thicknesses: Cache<PathBuf, Grid>,
+    environments: Cache<MapFile, Arc<EnvironmentMap>>,
+    thicknesses: Cache<MapFile, Grid>,
     swirls: Cache<[u64; 3], Arc<ThicknessMap>>,
 }
 
@@ -40,20 +38,21 @@ impl Maps {
     }
 
     /// The environment map in a file.
-    pub fn environment(&self, file: &MapFile) -> Result<Arc<EnvironmentMap>, SceneError> {
-        self.environments.get(&file.path, || {
-            read_whole(&file.path, MAX_MAP_BYTES)
-                .and_then(|bytes| decode_environment(&bytes))
-                .map(|map| (size_of_val(map.rgb.as_slice()), Arc::new(map)))
+    pub fn environment(&self, file: &MapFile, watch: &Watch) -> Result<Arc<EnvironmentMap>, SceneError> {
+        self.environments.get(file, || {
+            read_whole_watched(&file.path, MAX_ENVIRONMENT_BYTES, watch)
+                .and_then(|bytes| read_environment(&bytes, file.channel.as_deref(), watch))
+                .map(|(map, _)| (size_of_val(map.rgb.as_slice()), Arc::new(map)))
                 .map_err(|why| cannot_be_used(file, "an environment map", &why))
         })
     }
 
     /// The thickness map in a file.
-    pub fn thickness(&self, file: &MapFile) -> Result<Grid, SceneError> {
-        self.thicknesses.get(&file.path, || {
-            read_whole(&file.path, MAX_GRID_BYTES)
-                .and_then(|bytes| decode_thickness(&bytes))
+    pub fn thickness(&self, file: &MapFile, watch: &Watch) -> Result<Grid, SceneError> {
+        let choice = MapChoice { channel: file.channel.as_deref(), page: file.page };
+        self.thicknesses.get(file, || {
+            read_whole_watched(&file.path, MAX_GRID_BYTES, watch)
+                .and_then(|bytes| read_grid(&bytes, &choice, watch))
                 .map(|grid| (grid.bytes(), grid))
                 .map_err(|why| cannot_be_used(file, "a thickness map", &why))
         })

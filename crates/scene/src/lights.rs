@@ -5,7 +5,7 @@ use iridesce_optics::color::{Illuminant, illuminant_names};
 
 use crate::error::SceneError;
 use crate::files::map_file;
-use crate::model::{Environment, EnvironmentSource, Light, Origin};
+use crate::model::{Environment, EnvironmentSource, Light, MapFile, Origin};
 use crate::reader::{Table, suggestion};
 use crate::schema;
 use crate::tree::Node;
@@ -25,14 +25,16 @@ fn environment(node: &Node, path: &str, origin: &Origin) -> Result<(Environment,
     let (kind, source_node) = table.choice()?;
     let name = table.text(kind)?;
     let (rotation_deg, radiance) = (table.number("rotation_deg")?, table.number("radiance")?);
+    let layer = table.get("layer").map(|_| table.text("layer")).transpose()?.map(str::to_owned);
+    let mut entries = vec![(kind, Node::text(name))];
+    entries.extend(layer.as_deref().map(|layer| ("layer", Node::text(layer))));
     let source = match (kind, name) {
-        ("map", _) => map_file(origin, name).map(EnvironmentSource::Map),
+        ("map", _) => map_file(origin, name).map(|file| EnvironmentSource::Map(MapFile { channel: layer, ..file })),
         ("illuminant", _) => illuminant(name, origin).map(EnvironmentSource::Uniform),
         (_, "studio") => Ok(EnvironmentSource::Studio),
         _ => Ok(EnvironmentSource::Sky),
     }
     .map_err(|e| e.at(table.path(kind), source_node.line))?;
-    let mut entries = vec![(kind, Node::text(name))];
     // A uniform light looks the same however it is turned: the key is read there, but not written unless it was given.
     if kind != "illuminant" || table.get("rotation_deg").is_some() {
         entries.push(("rotation_deg", Node::number(rotation_deg)));

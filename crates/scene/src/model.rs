@@ -262,6 +262,10 @@ pub struct MapFile {
     pub name: String,
     /// Where it is, links followed.
     pub path: PathBuf,
+    /// Which channel or layer of it is meant; `None`: the only one.
+    pub channel: Option<String>,
+    /// Which page of it is meant, the first being 1; `None`: the only one.
+    pub page: Option<usize>,
 }
 
 /// A glowing surface.

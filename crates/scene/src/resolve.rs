@@ -143,7 +143,9 @@ pub fn resolve(scene: &Scene, context: &Context, watch: &Watch) -> Result<Resolv
         let source = match &light.source {
             EnvironmentSource::Map(file) => {
                 let key = format!("{key}.map");
-                let map = context.maps.environment(file).map_err(|e| in_file(e.at(&key, scene.line_of(&key))))?;
+                let map = context.maps.environment(file, watch);
+                watch.check()?;
+                let map = map.map_err(|e| in_file(e.at(&key, scene.line_of(&key))))?;
                 watch.add(1);
                 ResolvedSource::Map(map)
             }
@@ -172,7 +174,9 @@ pub fn resolve(scene: &Scene, context: &Context, watch: &Watch) -> Result<Resolv
                 }
                 Thickness::Map { file, min_nm, max_nm } => {
                     let map_key = format!("{key}.map");
-                    let grid = context.maps.thickness(file).map_err(|e| at(e, &map_key))?;
+                    let grid = context.maps.thickness(file, watch);
+                    watch.check()?;
+                    let grid = grid.map_err(|e| at(e, &map_key))?;
                     watch.add(1);
                     let at_end = |e: ThicknessError| {
                         let end = format!("{key}.{}", e.key);

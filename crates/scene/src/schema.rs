@@ -98,6 +98,8 @@ pub enum Takes {
     Builtin(&'static [&'static str]),
     /// A file.
     File,
+    /// Any text.
+    Text,
     /// A number or three of them, 0 to 1.
     Reflectance,
     /// A number (a thickness) or a table.
@@ -438,7 +440,14 @@ pub static EMITTER: Kind = kind(
 
 /// A thickness that is no number.
 pub static THICKNESS_MODEL: Kind = Kind {
-    alternatives: &[&["gradient"], &["wedge"], &["lens_gap"], &["map", "min_nm", "max_nm"], &["swirls"], &["flow"]],
+    alternatives: &[
+        &["gradient"],
+        &["wedge"],
+        &["lens_gap"],
+        &["map", "min_nm", "max_nm", "channel", "page"],
+        &["swirls"],
+        &["flow"],
+    ],
     ..kind(
         "thickness",
         "one of",
@@ -480,6 +489,20 @@ pub static THICKNESS_MODEL: Kind = Kind {
                 "nm",
                 Default::Words("needed for whole numbers"),
                 "of a map: what the largest whole number means",
+            ),
+            key(
+                "channel",
+                Takes::Text,
+                "",
+                Default::Words("the only one"),
+                "of a map: `part:layer.channel` of an OpenEXR, `R`, `G`, `B` or `A` of a picture in colour",
+            ),
+            key(
+                "page",
+                Takes::Whole(1, 4096),
+                "",
+                Default::Words("the only one"),
+                "of a map: the page of a TIFF, 1 is the first",
             ),
         ],
     )
@@ -556,12 +579,19 @@ pub static LIGHT: Kind = kind(
 
 /// Light from all around.
 pub static ENVIRONMENT: Kind = Kind {
-    alternatives: &[&["map"], &["illuminant"], &["builtin"]],
+    alternatives: &[&["map", "layer"], &["illuminant"], &["builtin"]],
     ..kind(
         "environment",
         "one of `map`, `illuminant` and `builtin`, and",
         &[
             key("map", Takes::File, "", Default::Alternative, "latitude-longitude, OpenEXR or Radiance HDR"),
+            key(
+                "layer",
+                Takes::Text,
+                "",
+                Default::Words("the only one"),
+                "of a map: the layer of an OpenEXR, `part:layer`, where it holds several pictures",
+            ),
             key("illuminant", Takes::Illuminant, "", Default::Alternative, "the same from everywhere"),
             key("builtin", Takes::Builtin(&["studio", "sky"]), "", Default::Alternative, "`\"studio\"` or `\"sky\"`"),
             key(

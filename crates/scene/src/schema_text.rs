@@ -104,7 +104,7 @@ fn takes(takes: Takes) -> Value {
             let pair = json!({ "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 2 });
             json!({ "anyOf": [text, index, pair] })
         }
-        Takes::Illuminant | Takes::File => text,
+        Takes::Illuminant | Takes::File | Takes::Text => text,
         Takes::Reflectance => {
             json!({ "anyOf": [share, { "type": "array", "items": share, "minItems": 3, "maxItems": 3 }] })
         }
@@ -168,6 +168,7 @@ fn allowed(key: &Key) -> String {
         Takes::Medium => "a medium: a name, a number or `[n, k]`".to_owned(),
         Takes::Illuminant => "an illuminant: a name or a CSV file".to_owned(),
         Takes::File => "a file".to_owned(),
+        Takes::Text => "a text".to_owned(),
         Takes::Reflectance => "a number from 0 to 1, or three".to_owned(),
         Takes::Thickness(kind) => format!("{}, or a table `{}`", THICKNESS.words, kind.name),
         Takes::Table(kind) => format!("a table `{}`", kind.name),

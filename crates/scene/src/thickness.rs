@@ -159,10 +159,14 @@ fn map(table: &Table<'_>, context: &Reading<'_>) -> Result<(Thickness, Node), Sc
         return Err(table.wrong("max_nm", &format!("at least min_nm = {least:?}")));
     }
     let node = table.need("map")?;
-    let file = map_file(context.origin, name).map_err(|e| e.at(table.path("map"), node.line))?;
+    let mut file = map_file(context.origin, name).map_err(|e| e.at(table.path("map"), node.line))?;
+    file.channel = table.get("channel").map(|_| table.text("channel")).transpose()?.map(str::to_owned);
+    file.page = table.get("page").map(|_| table.whole("page")).transpose()?.map(|page| page as usize);
     let mut entries = vec![("map", Node::text(name))];
     entries.extend(min_nm.map(|v| ("min_nm", Node::number(v))));
     entries.extend(max_nm.map(|v| ("max_nm", Node::number(v))));
+    entries.extend(file.channel.as_deref().map(|name| ("channel", Node::text(name))));
+    entries.extend(file.page.map(|page| ("page", Value::Int(page as i128).into())));
     Ok((Thickness::Map { file, min_nm, max_nm }, Node::table(entries)))
 }
 

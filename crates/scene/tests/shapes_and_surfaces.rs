@@ -257,6 +257,24 @@ fn maps_lie_on_shapes_by_u_and_v() {
 }
 
 #[test]
+fn channel_and_page_say_which_part_of_a_file_is_the_map() {
+    let shape = "{ rectangle = { u = [2.0, 0.0, 0.0], v = [0.0, 2.0, 0.0] } }";
+    let plain = with_map(shape, "{ map = \"maps/ramp.exr\" }");
+    let named = with_map(shape, "{ map = \"maps/ramp.exr\", channel = \"thickness_nm\" }");
+    assert_eq!(field(&plain), field(&named));
+    let page = with_map(shape, "{ map = \"maps/ramp.tif\", page = 1 }");
+    assert_eq!(field(&plain), field(&page));
+    // They are kept in the tree, and what is not there is refused at the map's key.
+    let tree = &named.to_json()["object"][0]["surface"]["film"]["thickness_nm"];
+    assert_eq!(tree["channel"], "thickness_nm");
+    for (part, words) in [("channel = \"depth\"", "no channel \"depth\""), ("page = 2", "page must be 1")] {
+        let scene = with_map(shape, &format!("{{ map = \"maps/ramp.exr\", {part} }}"));
+        let error = resolve(&scene, &Context::default(), &Watch::new()).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
 fn a_map_is_read_once_and_its_range_can_change() {
     let root = tempfile::tempdir().unwrap();
     let file = root.path().join("steps.png");
