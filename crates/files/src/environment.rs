@@ -91,7 +91,8 @@ fn check_shape(map: &EnvironmentMap, report: &mut ReadReport) -> Result<(), Stri
              wide as high"
         ));
     }
-    if !is(2, 1) && !(width == 1 && height == 1) {
+    let is_one_texel = width == 1 && height == 1;
+    if !is(2, 1) && !is_one_texel {
         report.note(format!("{width} x {height} pixels are not 2:1; taken as latitude and longitude all the same"));
     }
     Ok(())

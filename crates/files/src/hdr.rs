@@ -83,7 +83,10 @@ fn float([r, g, b, exponent]: [u8; 4], scale: Option<[f64; 3]>) -> [f32; 3] {
     }
 }
 
-fn header<'a>(bytes: &'a [u8], report: &mut ReadReport) -> Result<(Layout, Option<[f64; 3]>, &'a [u8]), String> {
+/// The layout, what the values are divided by, and what follows the header.
+type Header<'a> = (Layout, Option<[f64; 3]>, &'a [u8]);
+
+fn header<'a>(bytes: &'a [u8], report: &mut ReadReport) -> Result<Header<'a>, String> {
     let mut scale = [1.0_f64; 3];
     let mut at = 0;
     let next = |at: &mut usize| -> Result<&'a [u8], String> {
@@ -152,7 +155,7 @@ fn header<'a>(bytes: &'a [u8], report: &mut ReadReport) -> Result<(Layout, Optio
             _ => {}
         }
     }
-    if scale.iter().any(|value| !(*value > 0.0) || !value.is_finite()) {
+    if scale.iter().any(|value| *value <= 0.0 || !value.is_finite()) {
         return Err(format!("damaged Radiance HDR: its exposures multiply to {scale:?}"));
     }
     let line = String::from_utf8_lossy(next(&mut at)?).into_owned();

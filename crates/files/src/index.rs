@@ -91,7 +91,9 @@ fn strict(rows: &Rows, label: &str) -> Result<(), String> {
 }
 
 /// Line, wavelength in nm, n and k of each row, and whether k was given.
-fn table(rows: &Rows, label: &str, report: &mut ReadReport) -> Result<(Vec<(usize, f64, f64, f64)>, bool), String> {
+type IndexRows = (Vec<(usize, f64, f64, f64)>, bool);
+
+fn table(rows: &Rows, label: &str, report: &mut ReadReport) -> Result<IndexRows, String> {
     let in_file = |why: String| format!("{label}:{}: {why}", rows.lines[0].saturating_sub(1).max(1));
     let axis = find_axis(rows, None).map_err(in_file)?;
     // `wl` heads the tables that index web sites offer for download, which are in micrometres.

@@ -97,13 +97,16 @@ fn read(text: &str, encoding: &str, choice: &SpectrumChoice<'_>) -> Result<Spect
     Ok(Spectrum { wavelength_nm, values, column, report })
 }
 
-/// The measurement: the name of its column, its numbers, and its unit where something says it.
+/// The name of a column, its numbers, and its unit with what says it, where something does.
+type ValueColumn = (String, Vec<f64>, Option<(ValueUnit, &'static str)>);
+
+/// The measurement.
 fn measurement(
     rows: &Rows,
     axis: usize,
     choice: &SpectrumChoice<'_>,
     report: &mut ReadReport,
-) -> Result<(String, Vec<f64>, Option<(ValueUnit, &'static str)>), String> {
+) -> Result<ValueColumn, String> {
     let roles = roles(&rows.names, axis);
     let others: Vec<usize> =
         (0..rows.names.len()).filter(|&place| place != axis && !(place == 0 && is_counted(rows, axis))).collect();

@@ -171,7 +171,7 @@ fn check(
 ) -> Result<(), InverseError> {
     let count = of.values.len();
     let refuse = |words: String| Err(InverseError::Argument(words));
-    if count == 0 || of.sd.len() != count || spectrum_length % count != 0 {
+    if count == 0 || of.sd.len() != count || !spectrum_length.is_multiple_of(count) {
         return refuse(format!(
             "values, sd and spectra must be of one length, got {count}, {} and {spectrum_length} in all",
             of.sd.len()

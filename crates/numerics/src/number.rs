@@ -260,8 +260,10 @@ macro_rules! vector {
             }
             #[inline(always)]
             fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
-                let $x = yes;
-                let yes = $inner;
+                let yes = {
+                    let $x = yes;
+                    $inner
+                };
                 let $x = no;
                 $wrap(Select::<$vector>::select(mask, yes, $inner))
             }
@@ -283,8 +285,10 @@ macro_rules! vector {
     (@2 $vector:ty, $wrap:expr, $x:ident => $inner:expr, $trait:ident: $($method:ident)*) => {$(
         #[inline(always)]
         fn $method(self, other: Self) -> Self {
-            let $x = other;
-            let other = $inner;
+            let other = {
+                let $x = other;
+                $inner
+            };
             let $x = self;
             $wrap($trait::<S>::$method($inner, other))
         }
@@ -292,10 +296,14 @@ macro_rules! vector {
     (@3 $vector:ty, $wrap:expr, $x:ident => $inner:expr, $($method:ident)*) => {$(
         #[inline(always)]
         fn $method(self, a: Self, b: Self) -> Self {
-            let $x = a;
-            let a = $inner;
-            let $x = b;
-            let b = $inner;
+            let a = {
+                let $x = a;
+                $inner
+            };
+            let b = {
+                let $x = b;
+                $inner
+            };
             let $x = self;
             $wrap(SimdFloat::<S>::$method($inner, a, b))
         }
@@ -303,8 +311,10 @@ macro_rules! vector {
     (@compare $vector:ty, $x:ident => $inner:expr, $($method:ident $theirs:ident),*) => {$(
         #[inline(always)]
         fn $method(self, other: Self) -> Self::Mask {
-            let $x = other;
-            let other = $inner;
+            let other = {
+                let $x = other;
+                $inner
+            };
             let $x = self;
             SimdBase::<S>::$theirs($inner, other)
         }

@@ -53,6 +53,9 @@ fn inverse_evidence<'py>(
     Ok(found?.into_pyarray(py).reshape([rows, nuisances.len()])?)
 }
 
+/// Response and stray light at every wavelength.
+type Explained<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+
 /// Response and stray light of one spectrum under one nuisance.
 #[pyfunction]
 fn inverse_explain<'py>(
@@ -63,7 +66,7 @@ fn inverse_explain<'py>(
     spectrum: PyReadonlyArray1<'py, f64>,
     length_nm: Vec<f64>,
     nuisance: PyReadonlyArray2<'py, f64>,
-) -> Result<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+) -> Result<Explained<'py>> {
     let of = Measured { values: values.as_slice()?, sd: sd.as_slice()? };
     let nuisances = nuisances(&nuisance)?;
     let curves = curves(wavelength_nm.as_slice()?, &length_nm)?;

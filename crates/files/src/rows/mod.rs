@@ -291,9 +291,9 @@ fn finish(reading: Reading, lines: &[&str]) -> Result<Rows, String> {
 /// A number with both marks, `1,234.5` or `1.234,5`, groups thousands: which is which cannot be told safely.
 fn thousands(lines: &[&str]) -> Result<(), String> {
     for (index, line) in lines.iter().enumerate() {
-        if !(line.contains(',') && line.contains('.'))
-            || !line.trim_start().starts_with(|c: char| c.is_ascii_digit() || c == '"')
-        {
+        let has_both = line.contains(',') && line.contains('.');
+        let is_row = line.trim_start().starts_with(|c: char| c.is_ascii_digit() || c == '"');
+        if !has_both || !is_row {
             continue;
         }
         let separators: &[char] = if line.contains(';') {

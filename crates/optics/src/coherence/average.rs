@@ -163,22 +163,12 @@ impl<'a> Problem<'a> {
     /// The tensor product of the rules.
     fn places(&self, nodes: usize) -> Vec<Place> {
         let mut places = vec![Place { shift_nm: 0.0, shares: Vec::new(), weight: 1.0 }];
-        let spread = |places: Vec<Place>, rule: Rule, of: &dyn Fn(&Place, f64) -> (f64, Vec<f64>)| -> Vec<Place> {
-            let mut all = Vec::with_capacity(places.len() * rule.len());
-            for place in &places {
-                for &(x, weight) in &rule {
-                    let (shift_nm, shares) = of(place, x);
-                    all.push(Place { shift_nm, shares, weight: place.weight * weight });
-                }
-            }
-            all
-        };
         for &(shape, fwhm) in self.request.lines {
-            places = spread(places, shape.rule(fwhm, nodes), &|place, x| (place.shift_nm + x, place.shares.clone()));
+            places = spread(places, shape.rule(fwhm, nodes), |place, x| (place.shift_nm + x, place.shares.clone()));
         }
         if self.in_series.is_none() {
             for _ in &self.uneven {
-                places = spread(places, plain(nodes), &|place, x| {
+                places = spread(places, plain(nodes), |place, x| {
                     (place.shift_nm, place.shares.iter().copied().chain([x]).collect())
                 });
             }
@@ -314,6 +304,18 @@ impl<'a> Problem<'a> {
         }
         Ok(values)
     }
+}
+
+/// Every place with every node of a further rule; `of` gives the shift and the shares that a node makes of a place.
+fn spread(places: Vec<Place>, rule: Rule, of: impl Fn(&Place, f64) -> (f64, Vec<f64>)) -> Vec<Place> {
+    let mut all = Vec::with_capacity(places.len() * rule.len());
+    for place in &places {
+        for &(x, weight) in &rule {
+            let (shift_nm, shares) = of(place, x);
+            all.push(Place { shift_nm, shares, weight: place.weight * weight });
+        }
+    }
+    all
 }
 
 #[cfg(test)]

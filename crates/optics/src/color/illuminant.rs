@@ -72,10 +72,10 @@ impl Illuminant {
     pub fn from_table(wavelength_nm: Vec<f64>, power: Vec<f64>, label: &str) -> Result<Illuminant, OpticsError> {
         let rows = wavelength_nm.len();
         let is_ascending = wavelength_nm.windows(2).all(|pair| pair[0] < pair[1]);
-        if !is_ascending || wavelength_nm.iter().any(|nm| !(*nm > 0.0)) {
+        if !is_ascending || wavelength_nm.iter().any(|nm| nm.is_nan() || *nm <= 0.0) {
             return Err(OpticsError::Data(format!("{label}: wavelengths must be > 0 and ascend")));
         }
-        if let Some(wrong) = power.iter().find(|power| !(**power >= 0.0)) {
+        if let Some(wrong) = power.iter().find(|power| power.is_nan() || **power < 0.0) {
             return Err(OpticsError::Data(format!("{label}: power must be >= 0, got {wrong}")));
         }
         let table = Table::new(wavelength_nm, power).filter(|_| rows >= 2).ok_or_else(|| {
