@@ -80,7 +80,7 @@ def read_spectrum(
     label = label if isinstance(label, str) else os.fsdecode(label)
     if quantity not in _QUANTITIES:
         raise ValueError(f"quantity must be one of {', '.join(map(repr, _QUANTITIES))}, got {quantity!r:.60}")
-    places = [_place("column", column), _place("wavelength_column", wavelength_column)]
+    places = (_place("column", column), _place("wavelength_column", wavelength_column))
     for name, value in (("unit", unit), ("unit_y", unit_y)):
         if not (value is None or isinstance(value, str)):
             raise ValueError(f"{name} must be a string or None, got {value!r:.60}")

@@ -327,6 +327,7 @@ class Analysis:
         baseline = () if row[4] == 0.0 else np.polynomial.polynomial.polyfit(x, stray, 2 if bent else 0)
         freedom = max(self.data.wavelength_nm.size - 1 - self.data.linear_count, 1)
         left = residual * self.data.weight
+        gain, gain_slope, gain_bend = (float(value) for value in gains)
         return Solution(
             thickness,
             interval,
@@ -334,7 +335,9 @@ class Analysis:
             float(np.sqrt(np.mean(residual**2))),
             float(left @ left / freedom / scatter(left) ** 2),
             1.0,
-            *(float(value) for value in gains),
+            gain,
+            gain_slope,
+            gain_bend,
             tuple(float(value) for value in baseline),
             float(np.sqrt(parameters[-1]) * FWHM),
             index,

@@ -8,10 +8,11 @@ over, each with its prior, never chosen. What neighbouring channels share counts
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats
@@ -70,7 +71,7 @@ class Explanations:
     rows: Floats
     log_prior: Floats
 
-    def only(self, places: Floats) -> Explanations:
+    def only(self, places: npt.NDArray[np.intp]) -> Explanations:
         return Explanations(self.rows[places], self.log_prior[places])
 
 
@@ -93,7 +94,7 @@ def temper(residual: Floats) -> float:
             break
         total += pair
     # What hangs together far below the noise is rounding, and no noise.
-    return max(1.0, (1.0 + 2.0 * total) * min(size / count, 1.0))
+    return float(max(1.0, (1.0 + 2.0 * total) * min(size / count, 1.0)))
 
 
 def log_sum(values: Floats) -> float:
@@ -232,7 +233,7 @@ class Engine:
         return log_sum(np.array(found)) - math.log(len(found)), rest
 
 
-def _even(rows: list[tuple[float, ...]]) -> Explanations:
+def _even(rows: Sequence[tuple[float, ...]]) -> Explanations:
     return Explanations(np.array(rows), np.full(len(rows), -math.log(len(rows))))
 
 

@@ -55,6 +55,7 @@ class Medium:
     _core: _core.Medium
     # What it was made from, which also says when two are equal: (kind, content[, label]).
     _origin: tuple[Any, ...]
+    _read: ReadReport | None
 
     def __init__(self, medium: MediumLike) -> None:
         if isinstance(medium, Medium):
