@@ -10,7 +10,8 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11 p
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { command -v $$p; break; }; done)
 VENV ?= .venv-test
 BIN := $(VENV)/bin
-PYTEST := $(BIN)/python -m pytest --doctest-modules --pyargs python/tests iridesce
+# One process a core: most tests wait for one thread of the core.
+PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal --doctest-modules --pyargs python/tests iridesce
 PYTEST_ARGS ?=
 CARGO_ARGS ?= --locked
 
