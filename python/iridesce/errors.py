@@ -21,7 +21,7 @@ class SceneError(ValueError):
     ...     ir.Scene.load({"version": 1, "camera": {"fov": 30.0}})
     ... except ir.SceneError as error:
     ...     print([one.key for one in error.errors])
-    ['camera.fov', 'object', 'light']
+    ['object', 'light', 'camera.fov']
     """
 
     def __init__(

@@ -12,6 +12,9 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 
+# Scripts that other programs run, no tests.
+collect_ignore = ["exchange/blender_chart.py", "exchange/mitsuba_chart.py"]
+
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
 
 

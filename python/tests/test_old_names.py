@@ -46,7 +46,7 @@ def test_a_pickle_is_read_before_anything_is_imported() -> None:
     code = "import base64, pickle, sys; print(type(pickle.loads(base64.b64decode(sys.argv[1]))).__module__)"
     for name, module in {
         "ThicknessMap": "iridesce.thickness.thickness_map",
-        "FitResult": "iridesce.inverse.fit",
+        "FitResult": "iridesce.inverse.results",
     }.items():
         command = [sys.executable, "-c", code, PICKLES[name]]
         assert subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip() == module

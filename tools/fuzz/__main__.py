@@ -26,7 +26,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 from mutate import mutated
-from readers import READERS, Reader
+from seeds import READERS, Reader
 
 SLOW_S = 1.0
 KILL_S = 20.0

@@ -24,7 +24,7 @@ pub fn roles(names: &[String], axis: usize) -> Vec<Role> {
     let mut roles: Vec<Role> = names.iter().map(|name| role(name)).collect();
     roles[axis] = Role::Unknown;
     let is_raw = roles.contains(&Role::Dark) && roles.contains(&Role::Sample);
-    let has_full = names.iter().any(|name| first_word(name).starts_with("refle"));
+    let has_full = names.iter().any(|name| first_word(name).starts_with("refl"));
     for (place, name) in names.iter().enumerate().filter(|&(place, _)| place != axis) {
         let word = first_word(name);
         let is_short = word == "ref" || word == "r";
@@ -87,6 +87,7 @@ mod tests {
         assert_eq!(find(&["WL", "Dark", "R", "Scope", "Refl."]), [Unknown, Dark, Lamp, Sample, Reflectance]);
         assert_eq!(find(&["WL", "Ref"]), [Unknown, Reflectance]);
         assert_eq!(find(&["WL", "Ref", "Reflectance"]), [Unknown, Lamp, Reflectance]);
+        assert_eq!(find(&["WL", "Dark", "Ref", "Refl. [%]"]), [Unknown, Dark, Lamp, Reflectance]);
         assert_eq!(find(&["nm", "%R", "%T", "Abs"]), [Unknown, Reflectance, Transmittance, Absorbance]);
         assert_eq!(find(&["nm", "Measured Reflectance", "Calculated Reflectance"]), [Unknown, Reflectance, Computed]);
     }

@@ -63,9 +63,9 @@ class Scene:
         <iridesce.Scene 512 x 512, object bubble, 1 light>
         >>> Scene.load({"version": 1, "camera": {"fov": 30.0}})
         Traceback (most recent call last):
-        iridesce.errors.SceneError: unknown key "fov" in camera; did you mean "fov_deg"?
-        the scene needs the key "object"
+        iridesce.errors.SceneError: the scene needs the key "object"
         the scene needs the key "light"
+        unknown key "fov" in camera; did you mean "fov_deg"?
         """
         check_progress(progress)
         scene = cls._loaded(source, allow_outside)

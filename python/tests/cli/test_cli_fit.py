@@ -54,7 +54,8 @@ def test_json_is_the_answer_of_the_library(iridesce: Run, spectrum: Path) -> Non
     )  # fmt: skip
     assert finished.returncode == 0, finished.stderr
     told = json.loads(finished.stdout)
-    nm, measured, column, _ = ir.fit.read_spectrum(spectrum)
+    read = ir.fit.read_spectrum(spectrum)
+    nm, measured, column = read.wavelength_nm, read.measured, read.column
     inside = (nm >= 450.0) & (nm <= 700.0)
     result = ir.fit_thickness(
         nm[inside], measured[inside], STACK, gain=1.0, thickness_range_nm=(300.0, 900.0), resolution_nm=0.0,

@@ -100,7 +100,7 @@ def test_a_colour_too_pale_for_a_hue_agrees_with_no_hue() -> None:
 
 
 def test_the_page_holds_what_is_computed() -> None:
-    page = (ROOT / "docs" / "published-charts.md").read_text()
+    page = (ROOT / "docs" / "evidence" / "published-charts.md").read_text()
     for name in charts.TABLES:
         assert page.count(f"<!-- table: {name} -->") == 1, name
     assert charts.renewed(page) == page, "run: python tools/pictures/published_charts.py"

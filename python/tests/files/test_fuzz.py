@@ -14,7 +14,7 @@ from conftest import ROOT
 sys.path.insert(0, str(ROOT / "tools" / "fuzz"))
 
 from mutate import mutated
-from readers import READERS
+from seeds import READERS
 
 FUZZ = [sys.executable, str(ROOT / "tools" / "fuzz")]
 
@@ -55,7 +55,7 @@ def test_misbehaviour_is_seen(body: str, kind: str, tmp_path: Path) -> None:
     tool.mkdir()
     for name in ("__main__.py", "mutate.py"):
         (tool / name).write_bytes((ROOT / "tools" / "fuzz" / name).read_bytes())
-    (tool / "readers.py").write_text(
+    (tool / "seeds.py").write_text(
         "import os, time\n"
         "from typing import NamedTuple, Any\n"
         "class Reader(NamedTuple):\n    name: str\n    seeds: Any\n    read: Any\n    is_text: bool = False\n"

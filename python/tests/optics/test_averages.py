@@ -128,7 +128,7 @@ def test_scalars_shapes_and_stated_error() -> None:
         ({"thickness_sd_nm": float("nan")}, "thickness_sd_nm must be"),
         ({"tolerance": 0.0}, "tolerance must be > 0"),
         ({"resolution_nm": 400.0}, "below 0 nm"),
-        ({"resolution_nm": [1.0, 2.0]}, "one number"),
+        ({"resolution_nm": [1.0, 2.0]}, "resolution_nm must be a number"),
     ],
 )
 def test_refusals(arguments: dict[str, object], message: str) -> None:

@@ -111,7 +111,7 @@ def test_arrays_of_any_layout_become_images():
         ({"xyz": np.ones((2, 3, 4))}, r"got \(2, 3, 4\)"),
         ({"xyz": np.ones((0, 3, 3))}, r"at least one pixel, got \(0, 3, 3\)"),
         ({"xyz": 1.0}, r"got \(\)"),
-        ({"xyz": "red"}, "xyz must be an array of numbers"),
+        ({"xyz": "red"}, "xyz must be an array of real numbers"),
         ({"xyz": None}, "xyz"),
         ({"xyz": np.array([[[1.0, np.nan, 0.0]]])}, r"xyz must be finite, got nan at index \(0, 0, 1\)"),
         ({"xyz": np.full((1, 2, 3), np.inf)}, r"got inf at index \(0, 0, 0\)"),

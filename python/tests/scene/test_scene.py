@@ -272,7 +272,7 @@ def test_a_large_or_deep_file_is_refused_at_once(tmp_path):
     path = tmp_path / "scene.toml"
     for text, said in [
         ("a = " + "[" * 10_000_000, "recur"),
-        ("# " + "x" * 100_000_000, "more than 16777216 bytes"),
+        ("# " + "x" * 100_000_000, "longer than 16 MiB"),
         ("a" + ".a" * 1_000_000 + " = 1", r"recur|nested|TOML"),
     ]:
         path.write_text(text)

@@ -186,7 +186,7 @@ def test_films_that_come_with_the_program_are_what_their_presets_give(preset: st
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 def test_a_scene_whose_film_flows_for_long_can_be_stopped(tmp_path: Path) -> None:
     change = "import iridesce as ir; ir.Scene.load('soap-bubble').with_value("
-    change += "'object.bubble.surface.film.thickness_nm.flow.time_s', 600.0)"
+    change += "'object.bubble.surface.film.thickness_nm.flow.time_s', 600.0).resolve()"
     words = [sys.executable, "-c", f"import sys; print('on', flush=True); {change}"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None and process.stdout.readline() == "on\n"
@@ -227,7 +227,7 @@ def test_the_verb_writes_frames_and_goes_on(tmp_path: Path) -> None:
 def test_the_verb_refuses_what_cannot_be(tmp_path: Path) -> None:
     assert iridesce(*WORDS, "--time", "0.05", "-o", "run", folder=tmp_path).returncode == 0
     for words, code, part in [
-        (("flow", "late", "--time", "1", "-o", "run", "--resume"), 3, "fps 20.0, not 30.0"),
+        (("flow", "late", "--time", "1", "-o", "run", "--resume"), 3, "another fps: 20.0, not 30.0"),
         (("flow", "late", "--time", "1", "-o", "none", "--resume"), 3, "no run to resume"),
         (("flow", "soup", "--time", "1", "-o", "soup"), 3, "preset must be one of"),
         (("flow", "late", "--time", "1"), 2, "-o"),

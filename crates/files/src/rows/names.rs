@@ -26,6 +26,12 @@ pub fn above(lines: &[&str], first_line: usize, width: usize, dialect: Dialect) 
         }
         is_comment = Some(starts_comment);
         match words(line, width, dialect) {
+            // Over names stand names: `Nr. 7; 25 ms` is a remark.
+            Some(words)
+                if !found.is_empty() && words.iter().any(|word| word.starts_with(|c: char| c.is_ascii_digit())) =>
+            {
+                break;
+            }
             Some(words) if found.len() < MOST_LINES => found.push(words),
             // Between names and table some programs write one more line: a marker, a remark.
             None if found.is_empty() && is_marker(line) => {}
