@@ -81,7 +81,8 @@ fn strict(rows: &Rows, label: &str) -> Result<(), String> {
         return at(*line, format!("a row holds nm, n and perhaps k: a value is missing among {count}"));
     }
     if let Some((line, words)) = &rows.trailer {
-        let word = words.split([',', ';', '\t', ' ']).find(|word| word.trim().parse::<f64>().is_err());
+        let word =
+            words.split([',', ';', '\t', ' ']).find(|word| !word.trim().parse::<f64>().is_ok_and(f64::is_finite));
         return match word {
             Some(word) => at(*line, format!("{} is not a finite number", quoted(word))),
             None => at(*line, "a row holds nm, n and perhaps k: 2 or 3 numbers, got 1".into()),
