@@ -349,7 +349,7 @@ fn scene_files_are_ordinary_texts_of_a_bounded_size() {
     assert!(load("a.json", b"{\"version\": null}").message.contains("got null"));
     assert!(load("a.toml", b"version = 1\n\xFF").message.contains("byte 12 is not UTF-8"));
     assert!(load("a.toml", &[0; 100]).message.contains("not valid TOML"));
-    assert!(load("a.toml", &vec![b'#'; (16 << 20) + 1]).message.contains("more than 16777216 bytes"));
+    assert!(load("a.toml", &vec![b'#'; (16 << 20) + 1]).message.contains("longer than 16 MiB"));
     let load = |path: PathBuf| Scene::load(&path, false).unwrap_err().message;
     assert!(load(root.path().join("no-such.toml")).contains("no such file"));
     assert!(load(root.path().to_path_buf()).contains("it is a folder"));
