@@ -92,8 +92,10 @@ def answer(reader: Reader, content: bytes, folder: Path) -> tuple[str, str]:
         # (Python's own words, and those of its JSON and TOML readers, are none for a stranger.)
         if not words:
             return "unclear", f"{type(error).__name__} without words"
-        if len(words) > LONGEST_MESSAGE:
-            return "unclear", f"{len(words)} letters: {words[:200]}"
+        # A scene tells all its errors, a line each.
+        longest = max(words.splitlines(), key=len)
+        if len(longest) > LONGEST_MESSAGE:
+            return "unclear", f"{len(longest)} letters in a line: {longest[:200]}"
         if any(not letter.isprintable() and letter != "\n" for letter in words):
             return "unclear", f"raw: {words[:200]!r}"
         if isinstance(error, UnicodeError) or "fault of iridesce" in words or "Traceback" in words:

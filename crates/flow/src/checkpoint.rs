@@ -89,7 +89,8 @@ impl Film {
             if name != asked_name || value.to_bits() != asked_value.to_bits() {
                 let shown = |name: &str, value: f64| match name {
                     "seed" => format!("seed {}", value.to_bits()),
-                    _ => format!("{name} {value:?}"),
+                    // A torn checkpoint holds any bytes: none of them may reach a terminal raw.
+                    _ => format!("{} {value:?}", name.escape_debug()),
                 };
                 return Err(FlowError::Checkpoint(format!(
                     "is of a run with {}, not {}",
