@@ -253,8 +253,13 @@ fn lines(whole: &str, text: &str) -> Result<Vec<(f64, f64)>, OpticsError> {
 }
 
 fn unknown(name: &str) -> OpticsError {
+    // A name of thousands of letters would bury what is allowed.
+    let shown = match name.char_indices().nth(60) {
+        Some((end, _)) => format!("{:?}...", &name[..end]),
+        None => format!("{name:?}"),
+    };
     OpticsError::Unknown(format!(
-        "unknown illuminant {name:?}; known: {}, blackbody:T, daylight:CCT, lines:NM*POWER,..., laser:NM, or a CSV file",
+        "unknown illuminant {shown}; known: {}, blackbody:T, daylight:CCT, lines:NM*POWER,..., laser:NM, or a CSV file",
         illuminant_names().collect::<Vec<_>>().join(" ")
     ))
 }
