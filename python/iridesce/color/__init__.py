@@ -10,12 +10,16 @@ Values out of range are kept, negative ones on the curve of their absolute value
 
 from __future__ import annotations
 
+from iridesce.color.camera_tables import Camera, camera, cameras
 from iridesce.color.films import dias1991, purity_eps, stack_color
 from iridesce.color.light import Illuminant, color_matching, illuminant, illuminants
 from iridesce.color.spaces import convert, delta_e, map_gamut, rgb_matrix, spectrum_to_xyz
 
 __all__ = [
+    "Camera",
     "Illuminant",
+    "camera",
+    "cameras",
     "color_matching",
     "convert",
     "delta_e",
