@@ -6,14 +6,15 @@
 //! Q it holds the weights of s and p light, w_I + w_Q and w_I - w_Q, which a film multiplies by R_s and R_p;
 //! U and V stay untouched zeros as long as all planes of incidence coincide.
 //!
-//! At a film, a coating or a bare surface both branches are followed (`specular.rs`); at a diffuse surface one goes on and
-//! the lights are sampled (`diffuse.rs`). A branch that leaves the scene is added up on the spot; one that goes on
+//! At a film, a coating or a bare surface both branches are followed (`specular.rs`); at a diffuse surface one goes on
+//! (`diffuse.rs`) and the lights are sampled (`direct.rs`). A branch that leaves the scene is added up on the spot; one that goes on
 //! may be left out only by Russian roulette, never dropped (`roulette.rs`): below [`FAINT`] it survives with probability in
 //! proportion to its luminance; after `max_depth` hits below the luminance it had there; and where two go on after
 //! `max_depth`, one is chosen in proportion to luminance. So no weight ever grows, and the walk ends. In a uniform
 //! environment nothing at all is left to chance.
 
 mod diffuse;
+mod direct;
 mod escape;
 mod roulette;
 mod specular;
