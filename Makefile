@@ -17,7 +17,8 @@ CARGO_ARGS ?= --locked
 
 READERS := .readers
 
-.PHONY: help fuzz reference readers test-readers test quick lint lint-rust lint-python test-rust test-python build bench wheel wheel-check images clean
+.PHONY: help fuzz reference readers test-readers test quick lint lint-rust lint-python test-rust test-python build \
+	web test-web docs bench wheel wheel-check images clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
