@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -54,3 +55,5 @@ def pytest_configure() -> None:
     import numpy as np
 
     np.set_printoptions(legacy=False)
+    # Tests leave the user's cache folder alone, and share one of their own.
+    os.environ.setdefault("IRIDESCE_CACHE", str(Path(tempfile.gettempdir()) / "iridesce-tests-cache"))

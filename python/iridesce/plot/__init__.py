@@ -20,10 +20,11 @@ from __future__ import annotations
 from iridesce.plot._chart import chart
 from iridesce.plot._locus import locus
 from iridesce.plot._medium import medium
+from iridesce.plot._reachable import reachable
 from iridesce.plot._spectrum import spectrum
 from iridesce.plot._strip import strip
 
-__all__ = ["chart", "locus", "medium", "spectrum", "strip"]
+__all__ = ["chart", "locus", "medium", "reachable", "spectrum", "strip"]
 
 
 def __dir__() -> list[str]:

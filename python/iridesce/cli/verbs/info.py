@@ -19,6 +19,7 @@ def verb(
     import platform
 
     from iridesce import _core
+    from iridesce.files import cache
 
     libraries = ("numpy", "matplotlib", "typer", "rich", "tifffile")
     facts: dict[str, Any] = {
@@ -27,6 +28,8 @@ def verb(
         "platform": f"{platform.system()} {platform.machine()}",
         "threads": _core.threads(),
         "simd": _core.SIMD_LEVEL,
+        "cache": str(cache.folder()),
+        "cache_bytes": cache.used_bytes(),
         "libraries": {library: importlib.metadata.version(library) for library in libraries},
         "data": _data_sources(),
     }
@@ -36,6 +39,10 @@ def verb(
     for key in ("iridesce", "python", "platform", "threads", "simd"):
         print(f"{key:<10} {facts[key]}")
     print(f"{'libraries':<10} " + ", ".join(f"{name} {version}" for name, version in facts["libraries"].items()))
+    mib = facts["cache_bytes"] / 2**20
+    print(
+        f"{'cache':<10} {facts['cache']} ({mib:.1f} of at most {cache.LIMIT_BYTES >> 20} MiB; ${cache.VARIABLE} says where)"
+    )
     data = facts["data"]
     if not full:
         print(f"{'data':<10} {len(data) - 2} media; observers and illuminants of the CIE (sources: --full)")
