@@ -23,6 +23,7 @@ if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines b
     from iridesce.image import Image as Image
     from iridesce.inverse import fit as fit
     from iridesce.inverse.fit import fit_thickness as fit_thickness
+    from iridesce.inverse.measurement import Measurement as Measurement
     from iridesce.inverse.recipe_search import recipes as recipes
     from iridesce.notebooks import widget as widget
     from iridesce.optics.medium import Medium as Medium
@@ -44,6 +45,7 @@ _HOME = {
     "SceneError": "errors",
     "ResourceError": "errors",
     "fit_thickness": "inverse.fit",
+    "Measurement": "inverse.measurement",
     "recipes": "inverse.recipe_search",
     "ColorTable": "color.color_table",
     "Image": "image",

@@ -14,6 +14,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -32,6 +33,8 @@ from iridesce.inverse.data import (
     referenced,
     unit,
 )
+from iridesce.inverse.joint import joint
+from iridesce.inverse.measurement import Measurement
 from iridesce.inverse.model import Problem, describe, read_problem
 from iridesce.inverse.posterior import (
     Light,
@@ -40,7 +43,7 @@ from iridesce.inverse.results import FitResult, Solution
 from iridesce.inverse.solve import Data
 from iridesce.optics.averages import FWHM
 
-__all__ = ["FitResult", "Solution", "Spectrum", "fit_thickness", "read_spectrum"]
+__all__ = ["FitResult", "Measurement", "Solution", "Spectrum", "fit_thickness", "read_spectrum"]
 
 
 def __dir__() -> list[str]:
@@ -55,10 +58,11 @@ _FEWEST_POINTS = 12
 
 
 def fit_thickness(
-    wavelength_nm: npt.ArrayLike,
-    measured: npt.ArrayLike,
-    stack: Any,
+    wavelength_nm: npt.ArrayLike | None = None,
+    measured: npt.ArrayLike | None = None,
+    stack: Any = None,
     *,
+    measurements: Sequence[Measurement] | None = None,
     layer: Any = None,
     quantity: str = "reflectance",
     angle_deg: float = 0.0,
@@ -74,6 +78,7 @@ def fit_thickness(
     reference: npt.ArrayLike | None = None,
     reference_stack: Any = None,
     index_tolerance: float = 0.0,
+    angle_tolerance_deg: float = 0.0,
 ) -> FitResult:
     """Unknown film thicknesses from a reflectance or transmittance spectrum: every plausible solution and its probability.
 
@@ -109,6 +114,10 @@ def fit_thickness(
                    per cent unless ``gain`` says otherwise, and channels without light are dropped             (n,)
     reference_stack  a `Stack` or text, "air / Si"; None: a perfect mirror (a free path, for transmittance)
     index_tolerance  standard deviation of the film's index, relative: it widens the intervals, as only n * h is seen
+    measurements   several `Measurement` of one film instead of wavelength_nm and measured: they share thicknesses, index
+                   ("constant" at most) and an error of the angle; gain, baseline, noise, angle are those of each. Instruments'
+                   lines are taken as points, thicknesses looked for up to 10 000 nm (several unknowns: 1 000)
+    angle_tolerance_deg  standard deviation of the angle of incidence, one error for all measurements; it is summed over
     Returns        `FitResult`, a sequence of `Solution`, best first
     Raises         ValueError: too few points, nothing that varies, all wavelengths outside the data of a medium, a layer
                    without fringes, and what else cannot be fitted
@@ -123,6 +132,28 @@ def fit_thickness(
     >>> len(found), round(found[0].thickness_nm, 1), round(found[0].resolution_nm, 1)
     (1, 1234.5, 3.0)
     """
+    tolerance = number("index_tolerance", index_tolerance, low=0.0, high=1.0)
+    angle_tolerance = number("angle_tolerance_deg", angle_tolerance_deg, low=0.0, high=20.0)
+    if not 0.0 < number("probability", probability, low=0.0, high=1.0) < 1.0:
+        raise ValueError(f"probability must be > 0 and < 1, got {probability!r}")
+    if stack is None:
+        raise ValueError("stack must say what the film is: text like 'air / soap ? / air', a Stack, or a list")
+    if measurements is not None:
+        told = {
+            "wavelength_nm": wavelength_nm,
+            "measured": measured,
+            "dark": dark,
+            "reference": reference,
+            "noise": noise,
+        }
+        twice = [name for name, value in told.items() if value is not None]
+        if twice:
+            raise ValueError(f"{twice[0]} goes without measurements=, each of which has its own")
+        return _together(
+            measurements, stack, layer, index, thickness_range_nm, tolerance, angle_tolerance, float(probability)
+        )
+    if wavelength_nm is None or measured is None:
+        raise ValueError("wavelength_nm and measured must be given, or measurements=")
     quantity = one_of("quantity", quantity, ("reflectance", "transmittance"))
     polarization = one_of("polarization", polarization, ("s", "p", "unpolarized"))
     baseline = one_of("baseline", baseline, ("auto", *BASELINES))
@@ -132,9 +163,6 @@ def fit_thickness(
     if fixed_gain == 0.0:
         raise ValueError('gain must be None, "linear", "quadratic" or a number > 0, got 0')
     line = None if resolution_nm is None else number("resolution_nm", resolution_nm, low=0.0) / FWHM
-    if not 0.0 < number("probability", probability, low=0.0, high=1.0) < 1.0:
-        raise ValueError(f"probability must be > 0 and < 1, got {probability!r}")
-    tolerance = number("index_tolerance", index_tolerance, low=0.0, high=1.0)
     problem = read_problem(stack, layer, index, quantity, angle, polarization)
     notes: list[str] = []
     light = Light(fixed_gain, True, bend > 0, baseline != "none")
@@ -179,6 +207,41 @@ def fit_thickness(
     pliable = baseline == "auto" and fixed_gain is None and nm.size >= 4 * (parameters + 4)
     fit = Analysis(problem, Data(nm, values, weight, fixed_gain, bend, terms), sd, light, line, bounds, notes)
     return scaled(fit.result(pliable, probability, tolerance), scale)
+
+
+_THICKEST_TOGETHER_NM, _THICKEST_OF_SEVERAL_TOGETHER_NM = 10_000.0, 1_000.0
+
+
+def _together(
+    measurements: Any,
+    stack: Any,
+    layer: Any,
+    index: Any,
+    thickness_range_nm: Any,
+    tolerance: float,
+    angle_tolerance_deg: float,
+    probability: float,
+) -> FitResult:
+    """A joint fit of what was given."""
+    listed = [measurements] if isinstance(measurements, Measurement) else list(measurements)
+    if not listed or not all(isinstance(one, Measurement) for one in listed):
+        raise ValueError(f"measurements must be a list of ir.Measurement, got {measurements!r:.80}")
+    problem = read_problem(stack, layer, index, "reflectance", max(one.angle_deg for one in listed), "unpolarized")
+    if "cauchy" in problem.index:
+        raise ValueError('index must be None or "constant" with measurements=, got "cauchy"')
+    if any(not one.coherent for one in problem.stack.layers) and any(one.of_polarization for one in listed):
+        raise ValueError("psi and delta need a stack without incoherent layers")
+    notes: list[str] = []
+    nm = np.unique(np.concatenate([one.cleaned()[0] for one in listed]))
+    # The media's own complaint about wavelengths, before anything else.
+    problem.with_thickness([100.0] * len(problem.unknown)).reflectance(nm[[0, -1]], problem.angle_deg)
+    high = _THICKEST_TOGETHER_NM if len(problem.unknown) == 1 else _THICKEST_OF_SEVERAL_TOGETHER_NM
+    given = (_THINNEST_NM, high) if thickness_range_nm is None else thickness_range_nm
+    if thickness_range_nm is None:
+        notes.append(f"thicknesses were looked for from {_THINNEST_NM:g} to {high:g} nm; thickness_range_nm= says else")
+    longest = max((one.cleaned()[0] for one in listed), key=lambda one: one.size / np.ptp(one))
+    bounds = _bounds(given, problem, longest, notes)
+    return joint(problem, listed, bounds, tolerance, angle_tolerance_deg, probability, notes)
 
 
 def _bounds(given: Any, problem: Problem, nm: Floats, notes: list[str]) -> Floats:

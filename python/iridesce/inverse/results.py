@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, overload
 
 from iridesce.arguments.operands import Floats
+from iridesce.inverse.measurement import Measurement
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,6 +29,7 @@ class Solution:
                      running from -1 to 1 over the wavelengths; of a response that bends otherwise, the parabolas nearest to it
     resolution_nm    full width at half maximum of the instrument's line (fitted, or as given)
     kappa            by how much the noise had to be larger than stated for the best explanation: 1, 3 or 10
+    angle_offset_deg  of joint fits with ``angle_tolerance_deg``: by how much the angles were found to be larger
     index            for each fitted index, by layer number: {"n": ...} or Cauchy's {"A": ..., "B_um2": ...}, with "sd" each
     wavelength_nm, fitted  the fitted curve in the unit of the measurement
 
@@ -55,6 +57,7 @@ class Solution:
     wavelength_nm: Floats = field(repr=False)
     fitted: Floats = field(repr=False)
     kappa: float = 1.0
+    angle_offset_deg: float = 0.0
 
     def to_dict(self) -> dict[str, Any]:
         """All but the curve, as plain values.
@@ -84,6 +87,7 @@ class FitResult(Sequence[Solution]):
     notes            what a user should know: points dropped, limits, doubts
     verdict          "clear": one order holds more than 0.95 of all probability; "ambiguous": several explanations share it;
                      "doubtful": nothing fits well, or the answer is an end of what was searched; "none": no film is the likeliest
+    measurements     of a joint fit; wavelengths, measured and fitted values are then those of all, one after the other
     no_film, other   probability that no film is seen, and that it is something else than this stack
 
     >>> import numpy as np
@@ -106,6 +110,7 @@ class FitResult(Sequence[Solution]):
     verdict: str = "clear"
     no_film: float = 0.0
     other: float = 0.0
+    measurements: tuple[Measurement, ...] = ()
 
     @property
     def best(self) -> Any:

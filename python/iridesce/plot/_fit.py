@@ -46,6 +46,8 @@ class Fit(Protocol):
 
 def plot(result: Fit, ax: Axes | None, title: str | None, theme: str | None) -> Axes:
     """Points, curves, and under the title what was found."""
+    if getattr(result, "measurements", ()):
+        return _together(result, ax, title, theme)
     ax, look = begin(ax, theme, (7.6, 4.6))
     nm, values = result.wavelength_nm, result.measured
     size = float(np.clip(1800.0 / nm.size, 1.2, 3.5))
@@ -84,12 +86,60 @@ def plot(result: Fit, ax: Axes | None, title: str | None, theme: str | None) -> 
     ax.grid(axis="y", color=look.faint, linewidth=0.7, zorder=0)
     ax.set_axisbelow(True)
     legend(ax, look)
+    heading(ax, look, title, result.stack, _found(result))
+    return ax
+
+
+def _found(result: Fit) -> str:
+    """What was found, for under the title."""
+    if not result.solutions:
+        return "no film can be told"
     best = result.solutions[0]
     more = len(result) - 1
-    words = f"{_interval(best)}" + (
+    return f"{_interval(best)}" + (
         f"; {more} more plausible solution{'s' if more > 1 else ''}" if more else "; no other thickness is plausible"
     )
-    heading(ax, look, title, result.stack, words)
+
+
+def _together(result: Any, ax: Axes | None, title: str | None, theme: str | None) -> Axes:
+    """Measurements of a joint fit, each on its own scale, one above the other, with the curve of the best film."""
+    ax, look = begin(ax, theme, (7.6, 5.4))
+    best = result.solutions[0] if result.solutions else None
+    end, ticks, labels = 0, [], []
+    for level, one in enumerate(result.measurements):
+        count = one.cleaned()[0].size
+        part = slice(end, end + count)
+        end += count
+        nm, values = result.wavelength_nm[part], result.measured[part]
+        low, size = float(values.min()), max(float(np.ptp(values)), 1e-12) / 0.85
+        tone = look.series[level % len(look.series)]
+        ax.plot(
+            nm,
+            (values - low) / size + level,
+            linestyle="none",
+            marker="o",
+            markersize=2.4,
+            markeredgewidth=0.0,
+            color=look.muted,
+            alpha=0.6,
+            zorder=2,
+            gid="measured",
+        )
+        if best is not None:
+            ax.plot(nm, (best.fitted[part] - low) / size + level, color=tone, linewidth=1.7, zorder=4, gid="fitted")
+        ticks += [level, level + 0.85]
+        labels += [f"{low:.4g}", f"{low + 0.85 * size:.4g}"]
+        ax.annotate(
+            one.label,
+            (0.01, level + 0.97),
+            xycoords=("axes fraction", "data"),
+            va="top",
+            fontsize="small",
+            color=tone,
+        )
+    ax.set_yticks(ticks, labels)
+    ax.set_xlabel("vacuum wavelength (nm)")
+    heading(ax, look, title, result.stack, _found(result))
     return ax
 
 

@@ -1,0 +1,427 @@
+"""One film, several measurements: reflectance, transmittance, psi and delta at several angles, fitted together. Internal.
+
+The measurements share the thicknesses, the index and an error of the angle; each has its own gain, lamp, stray light and
+noise, which are integrated out of each by itself. Their evidences multiply.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from iridesce.arguments.operands import Floats
+from iridesce.inverse.blocks import AngleBlock, Block, PowerBlock
+from iridesce.inverse.measurement import Measurement
+from iridesce.inverse.model import Problem, describe
+from iridesce.inverse.posterior import PRIOR_FILM, PRIOR_NONE, PRIOR_OTHER, log_sum, prior_density
+from iridesce.inverse.results import FitResult, Solution
+from iridesce.inverse.search import round_trip_rate
+from iridesce.inverse.solve import student
+from iridesce.optics.medium import Medium
+from iridesce.stack import Layer, Stack
+
+# Steps of the search, radians of the round trip's phase; peaks so far below the best (log) are not climbed.
+_STEP = 0.3
+_FAR = 80.0
+_MOST_TRIALS = 200_000
+_MOST_PEAKS = 8
+_PASS = 512
+# An index to be fitted is anywhere within this, sd.
+_FREE_INDEX = 0.3
+_LEAST_LIKELY = 1e-4
+_CLEAR = 0.95
+_FRINGES_OF_A_LAMP = 1.5
+
+
+@dataclass(frozen=True)
+class _Axes:
+    """What is unknown: thicknesses, then a shift of each index that is not known exactly, then that of the angle."""
+
+    index: tuple[int, ...]
+    """Which unknown layers have an index that may shift."""
+    index_sd: tuple[float, ...]
+    angle_sd: float
+
+    def sds(self) -> list[float]:
+        return [*self.index_sd, *([self.angle_sd] if self.angle_sd > 0.0 else [])]
+
+
+@dataclass(frozen=True)
+class _Peak:
+    x: Floats
+    covariance: Floats
+    log_mass: float
+    at_end: bool
+
+
+class Joint:
+    """Several measurements against one film."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        measurements: Sequence[Measurement],
+        bounds: Floats,
+        index_tolerance: float,
+        angle_tolerance_deg: float,
+        notes: list[str],
+    ) -> None:
+        self.problem, self.measurements, self.bounds, self.notes = problem, measurements, bounds, notes
+        self.unknown = len(problem.unknown)
+        places, sds = [], []
+        for which, model in enumerate(problem.index):
+            if model is not None or index_tolerance > 0.0:
+                places.append(which)
+                sds.append(_FREE_INDEX if model is not None else index_tolerance * self._n(which))
+        self.axes = _Axes(tuple(places), tuple(sds), angle_tolerance_deg)
+        self.grid_nm = np.unique(np.concatenate([one.cleaned()[0] for one in measurements]))
+        self.indices = [
+            np.broadcast_to(
+                np.asarray(problem.stack.layers[place].medium.index(self.grid_nm), complex), self.grid_nm.shape
+            )
+            for place in problem.unknown
+        ]
+        trials = np.exp(np.linspace(np.log(bounds[:, 0] + 50.0), np.log(bounds[:, 1] + 50.0), 24)) - 50.0
+        self.blocks: list[Block] = []
+        for one in measurements:
+            if one.of_polarization:
+                self.blocks.append(AngleBlock(one))
+            else:
+                nm = one.cleaned()[0]
+                stack = problem.with_thickness([trials[:, place, None] for place in range(self.unknown)])
+                few = getattr(stack, one.quantity)(nm[:: max(1, nm.size // 24)], one.angle_deg, one.polarization)
+                self.blocks.append(PowerBlock(one, float(np.mean(few))))
+
+    def _n(self, which: int) -> float:
+        medium = self.problem.stack.layers[self.problem.unknown[which]].medium
+        return max(float(np.real(medium.index(float(self._middle()), extrapolate="hold"))), 1e-3)
+
+    def _middle(self) -> float:
+        return float(np.median(np.concatenate([one.cleaned()[0] for one in self.measurements])))
+
+    def _stack(self, thickness: Sequence[Any], shifts: Floats) -> Stack:
+        layers = list(self.problem.stack.layers)
+        for which, (place, value) in enumerate(zip(self.problem.unknown, thickness, strict=True)):
+            medium = layers[place].medium
+            if which in self.axes.index and shifts[self.axes.index.index(which)] != 0.0:
+                index = self.indices[which] + shifts[self.axes.index.index(which)]
+                rows = zip(self.grid_nm, index.real, index.imag, strict=True)
+                lines = "\n".join(f"{nm:.17g},{n:.17g},{k:.17g}" for nm, n, k in rows)
+                medium = Medium._from_text(f"nm,n,k\n{lines}\n", medium.name)
+            layers[place] = Layer(medium, value, layers[place].coherent)
+        return Stack([self.problem.stack.first, *layers, self.problem.stack.last])
+
+    def _spectra(self, points: Floats) -> list[Floats]:
+        """What each measurement shows at points (m, axes): (m, wavelengths) each."""
+        out = [np.empty((len(points), block.nm.size)) for block in self.blocks]
+        shifts = points[:, self.unknown :]
+        kinds, place = np.unique(shifts, axis=0, return_inverse=True)
+        for number, shift in enumerate(kinds):
+            where = np.flatnonzero(place.reshape(-1) == number)
+            stack = self._stack([points[where, one, None] for one in range(self.unknown)], shift)
+            angle = float(shift[-1]) if self.axes.angle_sd > 0.0 else 0.0
+            for block, rows in zip(self.blocks, out, strict=True):
+                rows[where] = block.spectra(stack, angle)
+        return out
+
+    def _prior(self, points: Floats) -> Floats:
+        total = np.zeros(len(points))
+        for place, (low, high) in enumerate(self.bounds):
+            total += np.log(prior_density(points[:, place], low, high))
+        for place, sd in enumerate(self.axes.sds()):
+            z = points[:, self.unknown + place] / sd
+            total -= 0.5 * z * z + math.log(sd * math.sqrt(2.0 * math.pi))
+        return total
+
+    def _logs(self, points: Floats) -> Floats:
+        spectra = self._spectra(points)
+        total = self._prior(points)
+        for block, rows in zip(self.blocks, spectra, strict=True):
+            total = total + block.logs(rows)
+        return np.asarray(total)
+
+    def _fix(self, x: Floats) -> None:
+        for block, rows in zip(self.blocks, self._spectra(x[None, :]), strict=True):
+            block.fix(rows[0])
+
+    # --- search
+
+    def _starts(self) -> list[Floats]:
+        shifts = len(self.axes.sds())
+        free = [place for place, which in enumerate(self.axes.index) if self.problem.index[which] is not None]
+        steps = [np.array([0.0, -0.12, 0.12]) if place in free else np.zeros(1) for place in range(shifts)]
+        axes = []
+        for (low, high), fastest in zip(self.bounds, self._fastest(), strict=True):
+            axes.append(np.linspace(low, high, max(3, math.ceil((high - low) * fastest / _STEP) + 1)))
+        total = math.prod(axis.size for axis in axes)
+        if total > _MOST_TRIALS:
+            raise ValueError(
+                f"the thicknesses asked for make {total} trials, at most {_MOST_TRIALS} are made: give a "
+                "narrower thickness_range_nm"
+            )
+        thickness = np.stack([one.reshape(-1) for one in np.meshgrid(*axes, indexing="ij")], axis=1)
+        found: list[tuple[float, Floats]] = []
+        for shift in product(*steps):
+            points = np.column_stack([thickness, np.tile(np.array(shift), (total, 1)).reshape(total, shifts)])
+            logs = np.empty(total)
+            for start in range(0, total, _PASS):
+                part = points[start : start + _PASS]
+                logs[start : start + _PASS] = self._prior(part) + sum(
+                    block.scan(rows) for block, rows in zip(self.blocks, self._spectra(part), strict=True)
+                )
+            cube = logs.reshape([axis.size for axis in axes])
+            padded = np.pad(cube, 1, constant_values=-np.inf)
+            top = np.ones(cube.shape, dtype=bool)
+            for move in product((0, 1, 2), repeat=cube.ndim):
+                if move != (1,) * cube.ndim:
+                    other = padded[tuple(slice(m, m + n) for m, n in zip(move, cube.shape, strict=True))]
+                    top &= cube >= other
+            found += [(float(logs[place]), points[place]) for place in np.flatnonzero(top.reshape(-1))]
+        found.sort(key=lambda one: -one[0])
+        return [x for log, x in found if log > found[0][0] - _FAR][: 3 * _MOST_PEAKS]
+
+    def _climb(self, start: Floats) -> _Peak:
+        """Newton's method on the logarithm of the posterior; widths follow its own curvature."""
+        x = start.copy()
+        count = x.size
+        low, high = np.full(count, -np.inf), np.full(count, np.inf)
+        low[: self.unknown], high[: self.unknown] = self.bounds[:, 0], self.bounds[:, 1]
+        fastest = self._fastest()
+        step = np.array([*(0.05 / fastest), *(0.02 * sd for sd in self.axes.sds())])
+        longest = np.array([*(0.5 / fastest), *(1.5 * sd for sd in self.axes.sds())])
+        self._fix(x)
+        covariance, value = np.diag(step**2), -math.inf
+        for turn in range(25):
+            gradient, hessian, value = self._curvature(x, step, low, high)
+            eigenvalues, vectors = np.linalg.eigh(-hessian * np.multiply.outer(step, step))
+            eigenvalues = np.maximum(eigenvalues, 1e-6)
+            move = vectors @ ((vectors.T @ (gradient * step)) / eigenvalues) * step
+            covariance = (vectors / eigenvalues) @ vectors.T * np.multiply.outer(step, step)
+            sd = np.sqrt(np.diag(covariance))
+            move = move / max(1.0, float(np.abs(move / longest).max()))
+            moved = np.clip(x + move, low, high)
+            done = bool((np.abs(moved - x) < 0.05 * sd).all()) and turn > 2
+            x = moved
+            # A third of the standard deviation: neither rounding nor the next peak.
+            step = np.clip(0.3 * sd, 0.2 * step, 5.0 * step)
+            step = np.minimum(step, longest)
+            if done:
+                break
+            if turn % 3 == 2:
+                self._fix(x)
+        self._fix(x)
+        value = float(self._logs(x[None, :])[0])
+        volume = float(np.linalg.slogdet(2.0 * math.pi * covariance)[1])
+        at_end = bool((x <= low + 1e-9).any() or (x >= high - 1e-9).any())
+        return _Peak(x, covariance, value + 0.5 * volume, at_end)
+
+    def _fastest(self) -> Floats:
+        """Radians of the round trip a nm, of each unknown layer."""
+        return np.array(
+            [
+                max(float(round_trip_rate(self.problem, block.nm, which).max()) for block in self.blocks)
+                for which in range(self.unknown)
+            ]
+        )
+
+    def _nearer(self, start: Floats) -> tuple[Floats, float]:
+        """Towards the top by ever smaller steps of each thickness: far from it the curvature may point anywhere."""
+        x, log, reach = start, -math.inf, 2.0 / self._fastest()
+        for turn in range(7):
+            for axis in range(self.unknown):
+                points = np.tile(x, (7, 1))
+                points[:, axis] += reach[axis] * 0.5**turn * np.linspace(-0.5, 0.5, 7)
+                points[:, axis] = np.clip(points[:, axis], *self.bounds[axis])
+                spectra = self._spectra(points)
+                logs = self._prior(points) + sum(
+                    block.scan(rows) for block, rows in zip(self.blocks, spectra, strict=True)
+                )
+                best = int(np.argmax(logs))
+                x, log = points[best], float(logs[best])
+        return x, log
+
+    def _curvature(self, x: Floats, step: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, float]:
+        count = x.size
+        # Inside the bounds by a step, so that both sides can be asked.
+        middle = np.clip(x, low + step, np.maximum(high - step, low + step))
+        unit = np.diag(step)
+        pairs = [(i, j) for i in range(count) for j in range(i)]
+        points = [middle, *(middle + one for one in unit), *(middle - one for one in unit)]
+        points += [middle + unit[i] + unit[j] for i, j in pairs] + [middle - unit[i] - unit[j] for i, j in pairs]
+        logs = self._logs(np.array(points))
+        at, up, down = logs[0], logs[1 : count + 1], logs[count + 1 : 2 * count + 1]
+        hessian = np.diag((up - 2.0 * at + down) / step**2)
+        for number, (i, j) in enumerate(pairs):
+            both, neither = logs[2 * count + 1 + number], logs[2 * count + 1 + len(pairs) + number]
+            mixed = 0.5 * (both + neither - up[i] - up[j] - down[i] - down[j] + 2.0 * at) / (step[i] * step[j])
+            hessian[i, j] = hessian[j, i] = mixed
+        gradient = (up - down) / (2.0 * step) + hessian @ (x - middle)
+        return gradient, hessian, float(at)
+
+    # --- answer
+
+    def result(self, probability: float) -> FitResult:
+        starts = self._starts()
+        peaks = self._peaks(starts[:3])
+        # Noise and correlation are those of what the best film leaves; then all are asked again.
+        for turn in range(2):
+            for block, rows in zip(self.blocks, self._spectra(peaks[0].x[None, :]), strict=True):
+                block.learn(rows[0])
+            peaks = self._peaks([*(peak.x for peak in peaks), *(starts if turn == 0 else [])])
+        bare = self._spectra(np.zeros((1, self.unknown + len(self.axes.sds()))))
+        without = [block.without_film(rows[0]) for block, rows in zip(self.blocks, bare, strict=True)]
+        logs = np.array(
+            [
+                math.log(PRIOR_NONE) + sum(one for one, _ in without),
+                math.log(PRIOR_OTHER) + sum(one for _, one in without),
+                *(math.log(PRIOR_FILM) + peak.log_mass for peak in peaks),
+            ]
+        )
+        shares = np.exp(logs - log_sum(logs))
+        order = [place for place in np.argsort(-shares[2:]) if shares[2 + place] >= _LEAST_LIKELY * shares[2:].max()]
+        solutions = tuple(self._told(peaks[place], float(shares[2 + place]), probability) for place in order)
+        rest = float(shares[2:].sum()) - sum(one.weight for one in solutions)
+        verdict = self._verdict(solutions, [peaks[place] for place in order], float(shares[0]), float(shares[1]))
+        self._remarks(solutions, verdict)
+        sds = np.concatenate([np.full(block.nm.size, 1.0) for block in self.blocks])
+        return FitResult(
+            solutions,
+            np.concatenate([block.nm for block in self.blocks]),
+            np.concatenate([block.values for block in self.blocks]),
+            sds,
+            0.0,
+            probability,
+            describe(self.problem),
+            tuple(self.notes),
+            verdict,
+            float(shares[0]),
+            float(shares[1]) + rest,
+            tuple(self.measurements),
+        )
+
+    def _peaks(self, starts: Sequence[Floats]) -> list[_Peak]:
+        near = [self._nearer(start) for start in starts]
+        near = [one for one in near if one[1] > max(log for _, log in near) - 0.5 * _FAR]
+        kept: list[_Peak] = []
+        climbed = (self._climb(start) for start in self._unlike([x for x, _ in sorted(near, key=lambda one: -one[1])]))
+        for peak in sorted(climbed, key=lambda one: -one.log_mass):
+            beside = [
+                bool((np.abs(peak.x - other.x) <= 3.0 * np.sqrt(np.diag(other.covariance)) + 1e-6).all())
+                for other in kept
+            ]
+            if not any(beside):
+                kept.append(peak)
+        return kept
+
+    def _unlike(self, starts: Sequence[Floats]) -> list[Floats]:
+        kept: list[Floats] = []
+        for one in starts:
+            if not any((np.abs(one - other) < 2e-3 * (1.0 + np.abs(other))).all() for other in kept):
+                kept.append(one)
+        return kept[:_MOST_PEAKS]
+
+    def _told(self, peak: _Peak, weight: float, probability: float) -> Solution:
+        self._fix(peak.x)
+        told = [block.told(rows[0]) for block, rows in zip(self.blocks, self._spectra(peak.x[None, :]), strict=True)]
+        fitted = np.concatenate([one[0] for one in told])
+        measured = np.concatenate([block.values for block in self.blocks])
+        sd = np.sqrt(np.diag(peak.covariance))
+        reach = student(probability, 1e6)
+        thickness = [float(one) for one in peak.x[: self.unknown]]
+        intervals = [(max(h - reach * s, 0.0), h + reach * s) for h, s in zip(thickness, sd, strict=False)]
+        index = {}
+        for place, which in enumerate(self.axes.index):
+            shift, shift_sd = float(peak.x[self.unknown + place]), float(sd[self.unknown + place])
+            index[self.problem.unknown[which] + 1] = {"n": self._n(which) + shift, "n_sd": shift_sd}
+        lone = self.unknown == 1
+        first = next((one for one, block in zip(told, self.blocks, strict=True) if not block.of.of_polarization), None)
+        gain = 1.0 if first is None else float(np.mean(first[1]))
+        stray = () if first is None or not np.any(first[2]) else (float(np.mean(first[2])),)
+        left = [
+            (block.values - one[0]) if block.of.quantity != "delta" else (block.values - one[0] + 180.0) % 360.0 - 180.0
+            for one, block in zip(told, self.blocks, strict=True)
+        ]
+        chi2 = [float(np.mean((part / _sd(block)) ** 2)) for part, block in zip(left, self.blocks, strict=True)]
+        return Solution(
+            thickness[0] if lone else tuple(thickness),
+            intervals[0] if lone else tuple(intervals),
+            float(sd[0]) if lone else tuple(float(one) for one in sd[: self.unknown]),
+            float(np.sqrt(np.mean(np.concatenate(left) ** 2))),
+            float(np.mean(chi2)),
+            weight,
+            gain,
+            0.0,
+            0.0,
+            stray,
+            0.0,
+            index,
+            np.concatenate([block.nm for block in self.blocks]),
+            measured - np.concatenate(left) if measured.size == fitted.size else fitted,
+            max(block.kappa for block in self.blocks),
+            float(peak.x[-1]) if self.axes.angle_sd > 0.0 else 0.0,
+        )
+
+    def _verdict(self, solutions: tuple[Solution, ...], peaks: list[_Peak], none: float, other: float) -> str:
+        if none > 0.5 or not solutions:
+            return "none"
+        best = solutions[0]
+        if other > 0.5 or best.kappa >= 10.0 or peaks[0].at_end:
+            return "doubtful"
+        known = any(block.of.of_polarization or block.of.gain is not None for block in self.blocks)
+        if not known and self._fringes(peaks[0].x) < _FRINGES_OF_A_LAMP:
+            return "ambiguous"
+        return "clear" if self._share(solutions, peaks) > _CLEAR else "ambiguous"
+
+    def _fringes(self, x: Floats) -> float:
+        turns = [
+            max(float(np.ptp(round_trip_rate(self.problem, block.nm, which))) for block in self.blocks)
+            for which in range(self.unknown)
+        ]
+        return float(x[: self.unknown] @ np.array(turns) / (2.0 * math.pi))
+
+    def _share(self, solutions: tuple[Solution, ...], peaks: list[_Peak]) -> float:
+        """Probability of all films within a quarter of a wave of the best."""
+        quarter = np.array([self._middle() / (4.0 * max(self._n(which), 1.0)) for which in range(self.unknown)])
+        best = peaks[0].x[: self.unknown]
+        near = np.minimum(quarter, 0.25 * best + 3.0)
+        return sum(
+            one.weight
+            for one, peak in zip(solutions, peaks, strict=True)
+            if (np.abs(peak.x[: self.unknown] - best) <= near).all()
+        )
+
+    def _remarks(self, solutions: tuple[Solution, ...], verdict: str) -> None:
+        if verdict == "none":
+            self.notes.append("no film is the likeliest explanation of these measurements together")
+        if not solutions:
+            return
+        if solutions[0].kappa > 1.0:
+            self.notes.append(
+                f"the best film misses a measurement by about {solutions[0].kappa:g} times the noise: the index, an angle, "
+                "its calibration, or another stack"
+            )
+
+
+def _sd(block: Block) -> Floats:
+    sd = block.engine.of.sd if isinstance(block, PowerBlock) else block.sd if isinstance(block, AngleBlock) else None
+    assert sd is not None
+    return sd
+
+
+def joint(
+    problem: Problem,
+    measurements: Sequence[Measurement],
+    bounds: Floats,
+    index_tolerance: float,
+    angle_tolerance_deg: float,
+    probability: float,
+    notes: list[str],
+) -> FitResult:
+    """The answer of all measurements together."""
+    found = Joint(problem, measurements, bounds, index_tolerance, angle_tolerance_deg, notes).result(probability)
+    return replace(found, notes=tuple(dict.fromkeys(found.notes)))

@@ -1,0 +1,107 @@
+"""One of several measurements of the same film, for a joint fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from iridesce.arguments.operands import Floats
+from iridesce.arguments.scalars import number, one_of
+
+QUANTITIES = ("reflectance", "transmittance", "psi", "delta")
+BASELINES = ("auto", "none", "constant", "linear", "quadratic")
+_FEWEST = 4
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One measurement of a film: a reflectance, a transmittance, or an angle of ellipsometry, at one angle of incidence.
+
+    quantity       "reflectance", "transmittance"; "psi", "delta" in degrees: tan(psi) exp(i delta) = r_p / r_s, delta in
+                   this package's sign (360 - delta of instruments that write n - ik)
+    wavelength_nm  vacuum wavelengths                                                              (n,)
+    values         what was measured                                                               (n,)
+    angle_deg, polarization  of the light; psi and delta need an angle > 0 and know no polarization
+    noise          standard deviation, in the unit of the values; None: estimated                   () or (n,)
+    gain           None: unknown; a number > 0 where it is known; "linear", "quadratic": unknown and changing along the
+                   wavelengths. psi and delta have none
+    baseline       stray light: "none", or smooth ("auto", "constant", "linear", "quadratic")
+    Raises         ValueError naming what is wrong
+
+    >>> import iridesce as ir
+    >>> nm = np.arange(400.0, 800.0, 2.0)
+    >>> psi, delta = ir.Stack.parse("air / SiO2 120 / Si").ellipsometry(nm, 70.0)
+    >>> both = [ir.Measurement("psi", nm, psi, 70.0), ir.Measurement("delta", nm, delta, 70.0)]
+    >>> round(ir.fit_thickness(measurements=both, stack="air / SiO2 ? / Si").best.thickness_nm, 2)
+    120.0
+    """
+
+    quantity: str
+    wavelength_nm: npt.ArrayLike
+    values: npt.ArrayLike
+    angle_deg: float = 0.0
+    polarization: str = "unpolarized"
+    noise: npt.ArrayLike | None = None
+    gain: float | str | None = None
+    baseline: str = "auto"
+
+    def __post_init__(self) -> None:
+        one_of("quantity", self.quantity, QUANTITIES)
+        angle = number("angle_deg", self.angle_deg, low=0.0, high=90.0)
+        one_of("polarization", self.polarization, ("s", "p", "unpolarized"))
+        one_of("baseline", self.baseline, BASELINES)
+        if isinstance(self.gain, str):
+            one_of("gain", self.gain, ("linear", "quadratic"))
+        elif self.gain is not None:
+            number("gain", self.gain, low=0.0, high=float("inf"), includes_low=False)
+        if self.of_polarization:
+            if angle == 0.0:
+                raise ValueError(f"{self.quantity} needs angle_deg > 0: at normal incidence s and p are the same")
+            if self.gain is not None or self.baseline != "auto" or self.polarization != "unpolarized":
+                raise ValueError(f"{self.quantity} has no gain, baseline or polarization")
+        self.cleaned()
+
+    @property
+    def of_polarization(self) -> bool:
+        """Whether it is psi or delta."""
+        return self.quantity in ("psi", "delta")
+
+    @property
+    def label(self) -> str:
+        """The quantity and its angle."""
+        part = "" if self.polarization == "unpolarized" else f" {self.polarization}"
+        return f"{self.quantity}{part}, {self.angle_deg:g} degrees"
+
+    def cleaned(self) -> tuple[Floats, Floats, Floats | None]:
+        """Ascending wavelengths, values and their standard deviations, without what is not finite."""
+        nm, values = _column("wavelength_nm", self.wavelength_nm), _column("values", self.values)
+        if nm.shape != values.shape:
+            raise ValueError(
+                f"wavelength_nm and values of {self.label} must be of one length, got {nm.size}, {values.size}"
+            )
+        sd = None
+        if self.noise is not None:
+            sd = _column("noise", np.atleast_1d(np.asarray(self.noise)))
+            if sd.size not in (1, nm.size):
+                raise ValueError(f"noise must be one number or one a point ({nm.size}), got {sd.size}")
+            sd = np.broadcast_to(sd, nm.shape)
+            if not (np.isfinite(sd).all() and (sd > 0.0).all()):
+                raise ValueError(f"noise must be > 0 and finite, got {sd.min()!r} to {sd.max()!r}")
+        good = np.isfinite(nm) & np.isfinite(values) & (nm > 0.0)
+        order = np.argsort(nm[good], kind="stable")
+        if order.size < _FEWEST:
+            raise ValueError(f"{self.label} has {order.size} usable points, at least {_FEWEST} are needed")
+        return nm[good][order], values[good][order], None if sd is None else np.asarray(sd)[good][order].copy()
+
+
+def _column(name: str, given: Any) -> Floats:
+    try:
+        found = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} must be numbers, got {given!r:.60}") from None
+    if found.ndim != 1:
+        raise ValueError(f"{name} must have one axis, got shape {found.shape}")
+    return found
