@@ -32,6 +32,8 @@ if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines b
     from iridesce.scene import Scene as Scene
     from iridesce.stack import Layer as Layer
     from iridesce.stack import Stack as Stack
+    from iridesce.sweeping import SweepResult as SweepResult
+    from iridesce.sweeping import sweep as sweep
 
 keep_old_names()
 
@@ -55,6 +57,8 @@ _HOME = {
     "validate": "exchange",
     "import_scene": "exchange",
     "widget": "notebooks",
+    "sweep": "sweeping",
+    "SweepResult": "sweeping",
 }
 _MODULES = {"color", "exchange", "fit", "plot", "thickness"}
 

@@ -54,6 +54,7 @@ MODULE_ORDER: dict[str, list[str]] = {
 PACKAGE_ORDER = [
     *("_core", "_moved", "errors", "_progress", "_notebook", "arguments", "files"),
     *("optics", "image", "color", "stack", "thickness", "scene", "rendering", "plot", "inverse", "exchange"),
+    "sweeping",
     *("page", "notebooks"),
     *("iridesce", "cli", "__main__"),
 ]
