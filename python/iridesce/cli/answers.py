@@ -110,6 +110,17 @@ def lost(error: OSError) -> int:
     return say(f"the answer could not be written: {error.strerror or error}", FAILED)
 
 
+def quiet_dask() -> None:
+    """What Dask logs of workers and schedulers that die is left out: a verb says it in a sentence."""
+    import logging
+
+    with contextlib.suppress(ImportError):
+        import distributed  # noqa: F401  (it sets the levels of its loggers when it is imported)
+    for name in ["distributed", *logging.root.manager.loggerDict]:
+        if name.split(".")[0] in ("distributed", "tornado", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+
+
 def print_json(value: Any) -> None:
     """The answer as JSON, for programs."""
     print(json.dumps(value, indent=2, ensure_ascii=False, default=_plain))

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 # function `verb`, or with a Typer `group` of verbs of its own.
 VERBS = (
     *("render", "scenes", "check", "color", "spectrum", "info"),
-    *("animate", "lut", "export", "validate", "import", "fit", "recipes", "flow", "media", "chart", "page"),
+    *("sweep", "animate", "lut", "export", "validate", "import", "fit", "recipes", "flow", "media", "chart", "page"),
 )
 
 

@@ -49,3 +49,12 @@ VaryingArgument = Annotated[str, typer.Argument(metavar="STACK", help=VARYING_HE
 VaryOption = Annotated[
     str | None, typer.Option("--vary", metavar="A:B", help="The range of the thickness, nm.", show_default=False)
 ]
+DaskOption = Annotated[
+    str | None,
+    typer.Option(
+        "--dask",
+        metavar="ADDRESS",
+        help='Workers of a Dask scheduler, tcp://host:8786; or "local:N", N processes of this machine.',
+        show_default=False,
+    ),
+]

@@ -116,6 +116,11 @@ def load_scene(scene: str, allow_outside: bool) -> Scene:
         return Scene.load(scene, allow_outside=allow_outside)
 
 
+def is_stack_text(source: str) -> bool:
+    """Whether a word names a stack, as in ``air / soap 320 / air``, rather than a scene."""
+    return re.search(r"(?<!\S)/(?!\S)", source) is not None
+
+
 def changed_scene(scene: Scene, changes: list[tuple[str, Any]]) -> Scene:
     """The scene with what --set says."""
     for key, value in changes:
@@ -150,3 +155,65 @@ def check_picture(path: Path) -> None:
     from iridesce.image import check_output
 
     check_output(path)
+
+
+def shard_of(text: str | None) -> tuple[int, int] | None:
+    """``I/N``, I from 1 to N."""
+    if text is None:
+        return None
+    match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip())
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
+        raise typer.BadParameter(f"wanted I/N with I from 1 to N, as in 2/4, got {text!r:.60}", param_hint="--shard")
+    return int(match[1]), int(match[2])
+
+
+def varied(texts: list[str]) -> dict[str, list[Any]]:
+    """``KEY=A:B:N`` (N values from A to B, both among them) or ``KEY=V1,V2``, values as in a scene file or plain words."""
+    found: dict[str, list[Any]] = {}
+    for text in texts:
+        key, equals, values = text.partition("=")
+        key, values = key.strip(), values.strip()
+        if not equals or not key or not values:
+            raise typer.BadParameter(f"wanted KEY=A:B:N or KEY=V1,V2, got {text!r:.80}", param_hint="--vary")
+        if key in found:
+            raise typer.BadParameter(f"{key} is given twice", param_hint="--vary")
+        found[key] = _range(key, values) or _listed(key, values)
+    return found
+
+
+def _range(key: str, text: str) -> list[Any] | None:
+    """The values of ``A:B:N``; None for what is none."""
+    parts = text.split(":")
+    try:
+        numbers = [float(part) for part in parts]
+    except ValueError:
+        return None
+    if len(numbers) == 1:
+        return None
+    if len(numbers) != 3 or not numbers[2].is_integer() or not 1 <= numbers[2] <= 1_000_000:
+        raise typer.BadParameter(
+            f"{key}: wanted A:B:N, N a whole number from 1 to 1000000, got {text!r:.80}", param_hint="--vary"
+        )
+    import numpy as np
+
+    found: list[Any] = np.linspace(numbers[0], numbers[1], int(numbers[2])).tolist()
+    return found
+
+
+def _listed(key: str, text: str) -> list[Any]:
+    from iridesce.files.trees import NotATree, from_toml
+
+    where = f"--vary {key}"
+    try:
+        tree = from_toml(f"value = [{text}]", where)
+        if len(tree) == 1 and isinstance(tree["value"], list):
+            return tree["value"]
+    except NotATree:
+        pass
+    found: list[Any] = []
+    for word in text.split(","):
+        try:
+            found.append(from_toml(f"value = {word}", where)["value"])
+        except NotATree:
+            found.append(word.strip())
+    return found

@@ -102,7 +102,7 @@ class Cluster:
             }
 
             def arguments(task: Task, is_second: bool) -> tuple[Any, ...]:
-                return base, task.number, task.point, carried, None if is_second else place, threads, wanted
+                return base, task.number, task.point, carried, names, None if is_second else place, threads, wanted
 
             yield from self._made(make_point, tasks, arguments, answer, failed)
 
@@ -363,14 +363,54 @@ def _connected(distributed: Any, address: str) -> Iterator[Any]:
         ):
             yield client
         return
+    _knock(address)
     try:
         client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
-    except ValueError as error:
-        raise ValueError(f"client: no address {address!r:.80}: {error}") from None
     except OSError:
-        raise ConnectionError(f"no Dask scheduler answers at {address} within {CONNECT_S:g} s") from None
+        raise ConnectionError(_NOBODY.format(address, CONNECT_S)) from None
     try:
         yield client
     finally:
         with contextlib.suppress(Exception):
             client.close(timeout=3.0)
+
+
+_NOBODY = "no Dask scheduler answers at {} within {:g} s"
+
+
+def _knock(address: str) -> None:
+    """Whether a scheduler answers at all. (A `Client` that finds none waits for itself once more when the program ends.)"""
+    import asyncio
+    import threading
+
+    from distributed.comm import connect
+    from distributed.comm.addressing import parse_address
+
+    try:
+        parse_address(address if "://" in address else f"tcp://{address}")
+    except ValueError as error:
+        raise ValueError(f"client: no address {address!r:.80}: {error}") from None
+    found: list[BaseException | None] = []
+
+    async def knock() -> None:
+        comm = await connect(address, timeout=CONNECT_S)
+        await comm.close()
+
+    def run() -> None:
+        try:
+            asyncio.run(knock())
+            found.append(None)
+        except BaseException as error:
+            found.append(error)
+
+    # In a thread of its own, since that of a notebook has a loop already.
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    until = time.monotonic() + CONNECT_S + 2.0
+    while thread.is_alive() and time.monotonic() < until:
+        thread.join(_PATIENCE_S)
+    problem = found[0] if found else OSError()
+    if isinstance(problem, ValueError):
+        raise ValueError(f"client: no address {address!r:.80}: {problem}") from None
+    if problem is not None:
+        raise ConnectionError(_NOBODY.format(address, CONNECT_S)) from None

@@ -65,7 +65,7 @@ def sweep(
     >>> import iridesce as ir
     >>> swept = ir.sweep("air / soap 320 / air", {"layers.0.thickness_nm": [100.0, 320.0], "space": ["srgb"]})
     >>> swept.values.round(3).tolist()
-    [[0.363, 0.374, 0.344], [0.0, 0.338, 0.196]]
+    [[0.3, 0.312, 0.301], [0.294, 0.304, 0.078]]
     """
     check_progress(progress)
     threads = checked_threads(threads)

@@ -56,6 +56,7 @@ def make_point(
     number: int,
     point: Point,
     files: Mapping[str, bytes],
+    names: Mapping[str, str],
     store: tuple[str, str] | None,
     threads: int | None,
     wanted: tuple[str, str],
@@ -63,12 +64,13 @@ def make_point(
     """Make one point.
 
     blob     the subject, pickled
+    files    the files of its scene, by the names that the scene has for them; ``names`` their digests
     store    folder and digest of its description: if this worker sees that very folder, it writes there
     wanted   version and SIMD level of the sweep
     Returns  ("there", file, size, sha256), ("sent", ending, content) or ("failed", message)
     """
     check_worker(wanted)
-    subject = _subject(blob, files)
+    subject = _subject(blob, files, names)
     value, message = value_of(subject, point, threads or 1, _stopper())
     if message is not None:
         return "failed", message
@@ -105,9 +107,9 @@ _subjects: dict[str, Subject] = {}
 _seen: dict[tuple[str, str], bool] = {}
 
 
-def _subject(blob: bytes, files: Mapping[str, bytes]) -> Subject:
+def _subject(blob: bytes, files: Mapping[str, bytes], names: Mapping[str, str]) -> Subject:
     """The subject, with its files in a folder of this worker's: unpacked once."""
-    name = hashlib.sha256(blob).hexdigest()
+    name = hashlib.sha256(blob + repr(sorted(names.items())).encode()).hexdigest()
     with _lock:
         found = _subjects.get(name)
         if found is None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,7 +9,7 @@ import typer
 
 from iridesce.cli.answers import note, print_json
 from iridesce.cli.options import VARYING_HELP, IlluminantOption, JsonOption, VaryOption
-from iridesce.cli.reading import load_scene, reading, thickness_range
+from iridesce.cli.reading import is_stack_text, load_scene, reading, thickness_range
 
 if TYPE_CHECKING:
     from iridesce.exchange.report import ExportReport
@@ -57,6 +56,6 @@ def verb(
 
 def _source(source: str) -> Any:
     """A stack's text as it is; anything else is a scene."""
-    if re.search(r"(?<!\S)/(?!\S)", source):
+    if is_stack_text(source):
         return source
     return load_scene(source, allow_outside=False)

@@ -1,0 +1,149 @@
+"""Sweeps measured: overhead a point, efficiency with 1 and 2 processes, kills survived with equal bytes.
+
+    python bench/sweeps.py [--kills 50]
+
+Overhead: wall time of `ir.sweep` a point, less that of the same calls in a plain loop (so: checks, the store, the index).
+Efficiency: points a second of two worker processes over twice those of one, in turn, the median of three.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import logging
+import os
+import signal
+import statistics
+import tempfile
+import threading
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import iridesce as ir
+
+SOAP = "air / soap 320 / air"
+NM = "layers.0.thickness_nm"
+FILM = "object.bubble.surface.film.thickness_nm"
+
+
+def seconds(work: Callable[[], object]) -> float:
+    began = time.perf_counter()
+    work()
+    return time.perf_counter() - began
+
+
+def overhead(points: int) -> None:
+    values = np.linspace(0.0, 1000.0, points).tolist()
+    scene = ir.Scene.load("soap-bubble").with_value("camera.resolution", [64, 48]).with_value("render.samples", 1)
+
+    def colors() -> None:
+        for nm in values:
+            ir.Stack(["air", ir.Layer("soap", nm), "air"]).color()
+
+    def pictures() -> None:
+        for nm in values[: points // 4]:
+            ir.render(scene.with_value(FILM, nm), threads=1)
+
+    for name, base, key, loop, count in (
+        ("color", SOAP, NM, colors, points),
+        ("image", scene, FILM, pictures, points // 4),
+    ):
+        measured(name, base, {key: values[:count]}, loop, count)
+
+
+def measured(name: str, base: Any, vary: dict[str, Any], loop: Callable[[], object], count: int) -> None:
+    rows: dict[str, list[float]] = {"loop": [], "memory": [], "store": [], "again": []}
+    for _ in range(5):
+        with tempfile.TemporaryDirectory() as folder:
+            rows["loop"].append(seconds(loop))
+            rows["memory"].append(seconds(lambda: ir.sweep(base, vary, threads=1)))
+            store = Path(folder) / "store"
+            rows["store"].append(seconds(functools.partial(ir.sweep, base, vary, threads=1, store=store)))
+            rows["again"].append(seconds(functools.partial(ir.sweep, base, vary, store=store)))
+    ms = {what: 1e3 * statistics.median(times) / count for what, times in rows.items()}
+    print(f"{name}: loop {ms['loop']:.2f} ms a point; beyond it {ms['memory'] - ms['loop']:.2f} ms in memory,")
+    print(f"    {ms['store'] - ms['loop']:.2f} ms into a store; a finished store is read at {ms['again']:.2f} ms")
+
+
+def efficiency(distributed: Any) -> None:
+    scene = ir.Scene.load("soap-bubble").with_value("camera.resolution", [96, 72]).with_value("render.samples", 16)
+    vary = {FILM: np.linspace(100.0, 700.0, 40)}
+    rates: dict[int, list[float]] = {1: [], 2: []}
+    clusters = {
+        n: distributed.LocalCluster(n_workers=n, threads_per_worker=1, host="127.0.0.1", dashboard_address=None)
+        for n in (1, 2)
+    }
+    clients = {n: distributed.Client(cluster, set_as_default=False) for n, cluster in clusters.items()}
+    for client in clients.values():
+        ir.sweep(scene, {FILM: [1.0, 2.0]}, client=client)
+    for _ in range(3):
+        for n, client in clients.items():
+            rates[n].append(40 / seconds(lambda c=client: ir.sweep(scene, vary, client=c)))  # type: ignore[misc]
+    one, two = (statistics.median(rates[n]) for n in (1, 2))
+    print(f"processes: 1 {one:.1f} points/s, 2 {two:.1f} points/s, efficiency {two / one / 2:.2f}")
+    for n in (1, 2):
+        clients[n].close()
+        clusters[n].close()
+
+
+def slow(stack: Any) -> Any:
+    time.sleep(0.15)
+    return stack.color()
+
+
+def kills(distributed: Any, wanted: int) -> None:
+    points = 4 * wanted
+    vary = {NM: np.linspace(0.0, 1000.0, points)}
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        distributed.LocalCluster(
+            n_workers=3, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=50
+        ) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+        done, killed = threading.Event(), 0
+        rng = np.random.default_rng(1)
+
+        def kill() -> None:
+            nonlocal killed
+            while killed < wanted and not done.wait(0.4):
+                alive = [one.pid for one in cluster.workers.values() if one.pid]
+                if alive:
+                    os.kill(alive[int(rng.integers(len(alive)))], signal.SIGKILL)
+                    killed += 1
+
+        killer = threading.Thread(target=kill)
+        killer.start()
+        there = ir.sweep(SOAP, vary, quantity=slow, store=Path(folder) / "there", client=client)
+        done.set()
+        killer.join()
+        ir.sweep(SOAP, vary, quantity=slow, store=Path(folder) / "here")
+        files = {p.name: p.read_bytes() for p in (Path(folder) / "here" / "points").iterdir()}
+        others = {p.name: p.read_bytes() for p in (Path(folder) / "there" / "points").iterdir()}
+    print(
+        f"kills: {killed} workers during {points} points, {len(there.failed)} failed, "
+        f"{sum(map(len, files.values()))} bytes in {len(files)} files {'equal' if files == others else 'DIFFERENT'}"
+    )
+
+
+if __name__ == "__main__":
+    reading = argparse.ArgumentParser(description=__doc__)
+    reading.add_argument("--kills", type=int, default=50)
+    reading.add_argument("--points", type=int, default=400)
+    given = reading.parse_args()
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    warnings.simplefilter("ignore")
+    overhead(given.points)
+    try:
+        import distributed
+    except ImportError:
+        print("processes, kills: the extra dask is not installed")
+    else:
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        efficiency(distributed)
+        kills(distributed, given.kills)
