@@ -8,19 +8,19 @@
 use iridesce_numerics::Vec3;
 
 use crate::camera::Ray;
-use crate::geometry::{Shape, nearest_of};
+use crate::geometry::Geometry;
 use crate::medium_stack::MediumStack;
 
+/// Most surfaces on one line.
+const MOST_SURFACES: usize = 100_000;
+
 /// The media around a point; `bodies` are the media behind the shapes, where there are any.
-pub fn enclosing_media(shapes: &[Shape], bodies: &[Option<u8>], point: Vec3) -> MediumStack {
+pub fn enclosing_media(geometry: &Geometry, bodies: &[Option<u8>], point: Vec3) -> MediumStack {
     let up = Vec3::new(0.0, 1.0, 0.0);
-    let normals = shapes.iter().zip(bodies).filter_map(|(shape, body)| match (shape, body) {
-        (Shape::Plane { normal, .. }, Some(_)) => Some(*normal),
-        _ => None,
-    });
+    let normals = geometry.plane_normals(|object| bodies[object].is_some()).into_iter();
     let mut most = Vec::new();
     for direction in std::iter::once(up).chain(normals.flat_map(|normal| [normal, -normal])) {
-        let left = left_along(shapes, bodies, Ray { origin: point, direction });
+        let left = left_along(geometry, bodies, Ray { origin: point, direction });
         if left.len() > most.len() {
             most = left;
         }
@@ -30,14 +30,12 @@ pub fn enclosing_media(shapes: &[Shape], bodies: &[Option<u8>], point: Vec3) -> 
 }
 
 /// The media that a straight line leaves without having entered them, in that order.
-fn left_along(shapes: &[Shape], bodies: &[Option<u8>], mut ray: Ray) -> Vec<u8> {
+fn left_along(geometry: &Geometry, bodies: &[Option<u8>], mut ray: Ray) -> Vec<u8> {
     let (mut left, mut entered, mut from) = (Vec::new(), Vec::new(), None);
-    let is_body = |object: usize| {
-        bodies[object].is_some() && matches!(shapes[object], Shape::Sphere { .. } | Shape::Plane { .. })
-    };
-    // A line meets no shape more than twice.
-    for _ in 0..2 * shapes.len() {
-        let Some(hit) = nearest_of(shapes, &ray, from, is_body) else { break };
+    let is_body = |object: usize| bodies[object].is_some() && geometry.is_closed(object);
+    // No line meets more surfaces, or it goes round and round.
+    for _ in 0..MOST_SURFACES {
+        let Some(hit) = geometry.nearest_of(&ray, from.as_ref(), &is_body) else { break };
         if let Some(medium) = bodies[hit.object] {
             if ray.direction.dot(hit.normal) < 0.0 {
                 entered.push(medium);
@@ -45,7 +43,7 @@ fn left_along(shapes: &[Shape], bodies: &[Option<u8>], mut ray: Ray) -> Vec<u8> 
                 left.push(medium);
             }
         }
-        (ray.origin, from) = (hit.point, Some(hit.object));
+        (ray.origin, from) = (hit.point, Some(hit));
     }
     left
 }
@@ -55,6 +53,7 @@ mod tests {
     use iridesce_scene::Shape as SceneShape;
 
     use super::*;
+    use crate::geometry::Shape;
 
     const WATER: u8 = 3;
     const GLASS: u8 = 5;
@@ -65,7 +64,7 @@ mod tests {
 
     fn media(shapes: &[Shape], bodies: &[u8], y: f64) -> Vec<u8> {
         let bodies: Vec<Option<u8>> = bodies.iter().map(|&medium| Some(medium)).collect();
-        let mut medium = enclosing_media(shapes, &bodies, Vec3::new(0.1, y, 0.0));
+        let mut medium = enclosing_media(&Geometry::new(shapes.to_vec()), &bodies, Vec3::new(0.1, y, 0.0));
         let mut found = Vec::new();
         while medium != MediumStack::default() {
             found.push(medium.innermost());

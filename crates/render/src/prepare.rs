@@ -12,7 +12,7 @@ use crate::coating::IndexTable;
 use crate::enclosing::enclosing_media;
 use crate::film::FilmTable;
 use crate::framebuffer::{RenderError, RenderOptions};
-use crate::geometry::Shape;
+use crate::geometry::{Geometry, Shape};
 use crate::lights::{EnvironmentLight, Lights};
 use crate::medium_stack::{Media, MediumStack, indices, visible};
 use crate::spectral::{Bands, FROM_NM, LEAST_NODES, MAX_NODES, Nodes, TO_NM, node_count, resolved_nm};
@@ -25,8 +25,8 @@ pub struct Prepared {
     pub samples: u32,
     pub seed: u64,
     pub max_depth: u32,
-    /// Shape and material of object i stand at index i of both.
-    pub shapes: Vec<Shape>,
+    pub geometry: Geometry,
+    /// Of object i at index i.
     pub materials: Vec<Material>,
     /// What share of the mean light is expected from each object.
     pub expected_shares: Vec<f32>,
@@ -170,7 +170,7 @@ impl Prepared {
         let [width, height] = options.size.unwrap_or(scene.camera.resolution);
         let mut media = Media::new();
         let materials = materials(resolved, &mut media)?;
-        let shapes: Vec<Shape> = scene.objects.iter().map(|object| Shape::new(&object.shape)).collect();
+        let geometry = Geometry::new(scene.objects.iter().map(|object| Shape::new(&object.shape)).collect());
         let around = EnvironmentLight::new(&resolved.environments, !materials.diffuse.is_empty());
         let mut levels = Vec::new();
         for nodes in levels_for(resolved, &materials)? {
@@ -181,7 +181,7 @@ impl Prepared {
         }
         let camera = RayCamera::new(&scene.camera, width, height);
         let bodies: Vec<Option<u8>> = materials.list.iter().map(Material::body).collect();
-        let camera_media = enclosing_media(&shapes, &bodies, scene.camera.position.into());
+        let camera_media = enclosing_media(&geometry, &bodies, scene.camera.position.into());
         let has_media = materials.list.iter().any(|material| matches!(material, Material::Coating(_)));
         Ok(Prepared {
             camera,
@@ -193,7 +193,7 @@ impl Prepared {
             camera_media,
             bodies,
             is_camera_wide: has_media && camera.is_wide(),
-            shapes,
+            geometry,
             expected_shares: materials.list.iter().map(|own| own.expected_share(&materials.diffuse)).collect(),
             names: scene.objects.iter().map(|object| object.name.clone()).collect(),
             media,
@@ -207,7 +207,7 @@ impl Prepared {
     /// The media that a camera ray starts in.
     #[inline(always)]
     pub fn enclosing_media(&self, ray: &Ray) -> MediumStack {
-        if self.is_camera_wide { enclosing_media(&self.shapes, &self.bodies, ray.origin) } else { self.camera_media }
+        if self.is_camera_wide { enclosing_media(&self.geometry, &self.bodies, ray.origin) } else { self.camera_media }
     }
 }
 

@@ -4,7 +4,7 @@ use iridesce_numerics::Vec3;
 
 use crate::camera::Ray;
 use crate::coating::IndexTable;
-use crate::geometry::{Hit, nearest};
+use crate::geometry::Hit;
 use crate::prepare::{Material, Prepared};
 
 /// Most clear surfaces through which a film is looked for.
@@ -58,7 +58,7 @@ pub fn shown_thickness_nm(scene: &Prepared, ray: Ray, first: Hit) -> Option<f64>
             break;
         };
         ray = Ray { origin: hit.point, direction };
-        let Some(next) = nearest(&scene.shapes, &ray, Some(hit.object)) else { break };
+        let Some(next) = scene.geometry.nearest(&ray, Some(&hit)) else { break };
         (hit, medium) = (next, beyond);
     }
     outermost

@@ -9,7 +9,6 @@ use rayon::prelude::*;
 
 use crate::failure::{PathFailure, describe};
 use crate::framebuffer::{Framebuffer, RenderError, RenderInfo, RenderOptions};
-use crate::geometry::nearest;
 use crate::integrator::Tracer;
 use crate::prepare::Prepared;
 use crate::refraction::shown_thickness_nm;
@@ -135,7 +134,7 @@ fn draw_row<S: Simd>(simd: S, scene: &Prepared, y: u32, row: Row<'_>, watch: &Wa
         }
         // The other planes hold what the ray through the pixel's centre meets first: a mean of depths is no depth.
         let centre = scene.camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        if let Some(hit) = nearest(&scene.shapes, &centre, None) {
+        if let Some(hit) = scene.geometry.nearest(&centre, None) {
             row.depth[column] = hit.distance as f32;
             if let Some(thickness_nm) = shown_thickness_nm(scene, centre, hit) {
                 row.thickness_nm[column] = thickness_nm as f32;

@@ -13,7 +13,7 @@ use super::escape::Share;
 use super::{Path, Scattered, Sums, Target, Tracer};
 use crate::camera::Ray;
 use crate::failure::PathFailure;
-use crate::geometry::{Hit, cone_direction, nearest};
+use crate::geometry::{Hit, cone_direction};
 use crate::prepare::Material;
 use crate::sampler::Choices;
 
@@ -90,7 +90,7 @@ impl Tracer<'_> {
         };
         for emitter in first..first + sampled {
             let object = lights.area_lights[emitter].object;
-            let drawn = self.scene.shapes[object].draw(path.hit.point, choices.pair());
+            let drawn = self.scene.geometry.draw(object, path.hit.point, choices.pair());
             let Some((direction, density)) = drawn else { continue };
             let density = density * sampled as f64 / count as f64;
             let light = LightKind::Emitter(emitter);
@@ -130,7 +130,7 @@ impl Tracer<'_> {
             return;
         }
         let scene = self.scene;
-        let mut next = nearest(&scene.shapes, &Ray { origin: path.hit.point, direction }, Some(path.hit.object));
+        let mut next = scene.geometry.nearest(&Ray { origin: path.hit.point, direction }, Some(&path.hit));
         // Not before it is known that anything at all comes from there.
         if !self.may_arrive(next.as_ref(), light) {
             return;
@@ -150,7 +150,7 @@ impl Tracer<'_> {
                         break;
                     }
                 }
-                next = nearest(&scene.shapes, &Ray { origin: way.hit.point, direction }, Some(way.hit.object));
+                next = scene.geometry.nearest(&Ray { origin: way.hit.point, direction }, Some(&way.hit));
                 if !self.may_arrive(next.as_ref(), light) {
                     break;
                 }
@@ -230,7 +230,7 @@ impl Tracer<'_> {
         let Some(Scattered { origin, density }) = scattered else { return 1.0 };
         let count = self.spectra.lights.area_lights.len();
         let chance = if count <= ALL_EMITTERS { 1.0 } else { 1.0 / count as f64 };
-        let sampled = chance * self.scene.shapes[next.object].density(origin, next.point);
+        let sampled = chance * self.scene.geometry.density(next.object, origin, next.point);
         (density / (density + sampled)) as f32
     }
 

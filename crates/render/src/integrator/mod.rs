@@ -30,7 +30,7 @@ use iridesce_numerics::turns::exp2;
 use self::escape::{Escaped, Share};
 use crate::camera::Ray;
 use crate::failure::PathFailure;
-use crate::geometry::{Hit, frame, nearest};
+use crate::geometry::{Hit, frame};
 use crate::medium_stack::MediumStack;
 use crate::prepare::{Material, Prepared, Spectra};
 use crate::sampler::Choices;
@@ -167,7 +167,7 @@ impl<'a> Tracer<'a> {
     pub fn trace<S: Simd>(&mut self, simd: S, ray: Ray, choices: &mut Choices) -> bool {
         let scene = self.scene;
         let lights = &self.spectra.lights;
-        let Some(hit) = nearest(&scene.shapes, &ray, None) else {
+        let Some(hit) = scene.geometry.nearest(&ray, None) else {
             if self.is_dark(scene.enclosing_media(&ray)) {
                 return true;
             }
@@ -286,7 +286,7 @@ impl<'a> Tracer<'a> {
         scattered: Option<Scattered>,
     ) -> Continuation {
         let scene = self.scene;
-        let Some(next) = nearest(&scene.shapes, &Ray { origin: hit.point, direction }, Some(hit.object)) else {
+        let Some(next) = scene.geometry.nearest(&Ray { origin: hit.point, direction }, Some(hit)) else {
             return if self.is_dark(medium) { Continuation::Absorbed } else { Continuation::Escapes };
         };
         match &scene.materials[next.object] {

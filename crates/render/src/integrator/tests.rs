@@ -40,7 +40,7 @@ fn over_plates(index: Complex64, plates: &[Plate]) -> (Vec<f64>, Vec<[f64; 2]>) 
         let direction = Vec3::new(0.3, -0.5, -0.8).normalized();
         let mut path = Path {
             direction,
-            hit: Hit { object: 0, distance: 1.0, point: Vec3::default(), normal: direction },
+            hit: Hit::on(0, Vec3::default(), direction),
             axis: frame(direction).0,
             slot: 0,
             hits: 0,

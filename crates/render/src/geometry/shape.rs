@@ -1,8 +1,9 @@
-//! Where a ray meets the scene.
+//! Shapes that a formula meets: spheres, rectangles, disks, planes, caps.
 
 use iridesce_numerics::Vec3;
 use iridesce_scene::Shape as SceneShape;
 
+use super::bounds::Bounds;
 use crate::camera::Ray;
 
 /// A shape ready for intersection.
@@ -41,18 +42,6 @@ pub enum Shape {
         rim: f64,
         side: f64,
     },
-}
-
-/// A place where a ray meets an object.
-#[derive(Debug, Clone, Copy)]
-pub struct Hit {
-    /// Which object.
-    pub object: usize,
-    /// Distance along the ray.
-    pub distance: f64,
-    pub point: Vec3,
-    /// Unit normal; it points to the front of the surface (out of a sphere).
-    pub normal: Vec3,
 }
 
 impl Shape {
@@ -155,7 +144,7 @@ impl Shape {
     /// Distance to the nearest crossing ahead; `leaving` says that the ray starts on this very shape, whose crossing
     /// at zero then counts as passed (no offset, no lost or doubled hits).
     #[inline(always)]
-    fn distance(&self, ray: &Ray, leaving: bool) -> Option<f64> {
+    pub fn distance(&self, ray: &Ray, leaving: bool) -> Option<f64> {
         match self {
             Shape::Sphere { center, radius, .. } => {
                 let [near, far] = chord(*center, *radius, ray, leaving)?;
@@ -185,21 +174,49 @@ impl Shape {
         }
     }
 
-    /// The hit at a distance along a ray.
+    /// The point at a distance along a ray, put back onto the shape, and the unit normal of its front.
     #[inline(always)]
-    fn hit(&self, object: usize, ray: &Ray, distance: f64) -> Hit {
+    pub fn at(&self, ray: &Ray, distance: f64) -> (Vec3, Vec3) {
         let point = ray.origin + ray.direction * distance;
         match self {
             Shape::Sphere { center, radius, per_radius } => {
                 let normal = back_onto_sphere((point - *center) * *per_radius);
-                Hit { object, distance, point: *center + normal * *radius, normal }
+                (*center + normal * *radius, normal)
             }
             Shape::Cap { center, radius, per_radius, side, .. } => {
                 let outward = back_onto_sphere((point - *center) * *per_radius);
-                Hit { object, distance, point: *center + outward * *radius, normal: outward * *side }
+                (*center + outward * *radius, outward * *side)
             }
             Shape::Rectangle { normal, .. } | Shape::Disk { normal, .. } | Shape::Plane { normal, .. } => {
-                Hit { object, distance, point, normal: *normal }
+                (point, *normal)
+            }
+        }
+    }
+
+    /// The corners of a box around it, along the world's axes; `None` for what has no end.
+    pub fn bounds(&self) -> Option<Bounds> {
+        let around = |center: Vec3, half: [f64; 3]| {
+            let center = center.to_array();
+            Some(Bounds {
+                min: std::array::from_fn(|i| center[i] - half[i]),
+                max: std::array::from_fn(|i| center[i] + half[i]),
+            })
+        };
+        let disk = |normal: Vec3, radius: f64| normal.to_array().map(|n| radius * (1.0 - n * n).max(0.0).sqrt());
+        match self {
+            Shape::Sphere { center, radius, .. } => around(*center, [*radius; 3]),
+            Shape::Rectangle { center, u, v, .. } => {
+                let (u, v) = (u.to_array(), v.to_array());
+                around(*center, std::array::from_fn(|i| u[i].abs() + v[i].abs()))
+            }
+            Shape::Disk { center, normal, radius2 } => around(*center, disk(*normal, radius2.sqrt())),
+            Shape::Plane { .. } => None,
+            // Of the whole sphere at most; of a shallow cap its rim, and what lies between that and the vertex.
+            Shape::Cap { center, radius, bulge, rim, .. } => {
+                let half = disk(*bulge, (radius * radius - rim * rim).max(0.0).sqrt());
+                let ring = around(*center + *bulge * *rim, half)?;
+                let lid = around(*center + *bulge * *radius, half)?;
+                around(*center, [*radius; 3]).map(|ball| ball.overlap(&ring.union(&lid)))
             }
         }
     }
@@ -261,30 +278,18 @@ fn back_onto_sphere(outward: Vec3) -> Vec3 {
     outward * (1.5 - 0.5 * outward.length_squared())
 }
 
-/// The nearest hit of a ray among all shapes; `leaving` is the object it starts on, if any.
-#[inline(always)]
-pub fn nearest(shapes: &[Shape], ray: &Ray, leaving: Option<usize>) -> Option<Hit> {
-    nearest_of(shapes, ray, leaving, |_| true)
-}
-
-/// [`nearest`] among some of the shapes only.
-#[inline(always)]
-pub fn nearest_of(shapes: &[Shape], ray: &Ray, leaving: Option<usize>, counts: impl Fn(usize) -> bool) -> Option<Hit> {
-    let mut best: Option<(usize, f64)> = None;
-    for (object, shape) in shapes.iter().enumerate() {
-        if counts(object)
-            && let Some(distance) = shape.distance(ray, leaving == Some(object))
-            && best.is_none_or(|(_, d)| distance < d)
-        {
-            best = Some((object, distance));
-        }
-    }
-    best.map(|(object, distance)| shapes[object].hit(object, ray, distance))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::{Geometry, Hit};
+
+    fn nearest(shapes: &[Shape], ray: &Ray, leaving: Option<usize>) -> Option<Hit> {
+        let leaving = leaving.map(|object| Hit::on(object, ray.origin, ray.direction));
+        let flat = Geometry::of_shapes(shapes.to_vec(), usize::MAX).nearest(ray, leaving.as_ref());
+        let tree = Geometry::of_shapes(shapes.to_vec(), 0).nearest(ray, leaving.as_ref());
+        assert_eq!(flat.map(|hit| (hit.object, hit.point)), tree.map(|hit| (hit.object, hit.point)));
+        flat
+    }
 
     fn unit() -> Shape {
         Shape::new(&SceneShape::Sphere { center: [0.0; 3], radius: 1.0 })

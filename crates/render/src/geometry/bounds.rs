@@ -1,0 +1,45 @@
+//! Boxes along the axes.
+
+/// A box along the axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    pub min: [f64; 3],
+    pub max: [f64; 3],
+}
+
+impl Bounds {
+    /// The box that holds nothing.
+    pub const EMPTY: Bounds = Bounds { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
+
+    /// The box around points.
+    pub fn of(points: impl IntoIterator<Item = [f64; 3]>) -> Bounds {
+        let mut all = Bounds::EMPTY;
+        for point in points {
+            for i in 0..3 {
+                all.min[i] = all.min[i].min(point[i]);
+                all.max[i] = all.max[i].max(point[i]);
+            }
+        }
+        all
+    }
+
+    pub fn union(&self, other: &Bounds) -> Bounds {
+        Bounds {
+            min: std::array::from_fn(|i| self.min[i].min(other.min[i])),
+            max: std::array::from_fn(|i| self.max[i].max(other.max[i])),
+        }
+    }
+
+    pub fn overlap(&self, other: &Bounds) -> Bounds {
+        Bounds {
+            min: std::array::from_fn(|i| self.min[i].max(other.min[i])),
+            max: std::array::from_fn(|i| self.max[i].min(other.max[i])),
+        }
+    }
+
+    /// Half its surface.
+    pub fn half_area(&self) -> f64 {
+        let [x, y, z]: [f64; 3] = std::array::from_fn(|i| (self.max[i] - self.min[i]).max(0.0));
+        x * y + y * z + z * x
+    }
+}
