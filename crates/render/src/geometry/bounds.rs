@@ -15,9 +15,9 @@ impl Bounds {
     pub fn of(points: impl IntoIterator<Item = [f64; 3]>) -> Bounds {
         let mut all = Bounds::EMPTY;
         for point in points {
-            for i in 0..3 {
-                all.min[i] = all.min[i].min(point[i]);
-                all.max[i] = all.max[i].max(point[i]);
+            for (i, value) in point.into_iter().enumerate() {
+                all.min[i] = all.min[i].min(value);
+                all.max[i] = all.max[i].max(value);
             }
         }
         all

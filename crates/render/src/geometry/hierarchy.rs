@@ -88,8 +88,8 @@ impl Hierarchy {
         });
         for (at, child) in children.into_iter().enumerate() {
             let (bounds, center, pad) = (child.bounds(), self.center.to_array(), PAD * self.reach);
-            for axis in 0..3 {
-                let ends = [bounds.min[axis] - center[axis] - pad, bounds.max[axis] - center[axis] + pad];
+            for (axis, middle) in center.into_iter().enumerate() {
+                let ends = [bounds.min[axis] - middle - pad, bounds.max[axis] - middle + pad];
                 for (end, value) in self.nodes[number].bounds[axis].iter_mut().zip(ends) {
                     end[at] = value as f32;
                 }
