@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines b
     from iridesce.inverse.fit import fit_thickness as fit_thickness
     from iridesce.inverse.measurement import Measurement as Measurement
     from iridesce.inverse.recipe_search import recipes as recipes
+    from iridesce.inverse.series import fit_series as fit_series
     from iridesce.notebooks import widget as widget
     from iridesce.optics.medium import Medium as Medium
     from iridesce.optics.medium import media as media
@@ -48,6 +49,7 @@ _HOME = {
     "ResourceError": "errors",
     "fit_thickness": "inverse.fit",
     "Measurement": "inverse.measurement",
+    "fit_series": "inverse.series",
     "recipes": "inverse.recipe_search",
     "ColorTable": "color.color_table",
     "Image": "image",

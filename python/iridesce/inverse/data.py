@@ -234,6 +234,17 @@ def _local_scatter(size: Floats, width: int) -> Floats:
     return np.asarray(np.sqrt((sums[width:] - sums[:-width]) / width))
 
 
+def local_noise(spectra: Floats) -> Floats:
+    """Noise at each wavelength of many spectra alike: from second differences, over a sixteenth of the spectrum."""
+    second = (spectra[:, 2:] - 2.0 * spectra[:, 1:-1] + spectra[:, :-2]) / math.sqrt(6.0)
+    # The median of a square is 0.455 of its mean: outliers do not count.
+    size = (
+        np.sqrt(np.median(second * second, axis=0) / 0.4549) if len(spectra) > 8 else np.sqrt((second**2).mean(axis=0))
+    )
+    local = _local_scatter(np.r_[size[0], size, size[-1]], spectra.shape[1] // 16)
+    return np.maximum(local[: spectra.shape[1]], 1e-150)
+
+
 def scatter(residual: Floats) -> float:
     """Noise from second differences of what is left, in which what the model misses smoothly does not show."""
     size = math.sqrt(float(np.mean((residual[2:] - 2.0 * residual[1:-1] + residual[:-2]) ** 2)) / 6.0)

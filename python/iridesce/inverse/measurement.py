@@ -76,7 +76,15 @@ class Measurement:
         return f"{self.quantity}{part}, {self.angle_deg:g} degrees"
 
     def cleaned(self) -> tuple[Floats, Floats, Floats | None]:
-        """Ascending wavelengths, values and their standard deviations, without what is not finite."""
+        """Ascending wavelengths, values and their standard deviations, without what is not finite.
+
+        Returns    three arrays; the third is None where ``noise`` is
+        Raises     ValueError naming what is wrong
+
+        >>> import iridesce as ir
+        >>> ir.Measurement("reflectance", [600.0, 500.0, 700.0, 400.0], [0.2, 0.1, 0.3, 0.0]).cleaned()[1].tolist()
+        [0.0, 0.1, 0.2, 0.3]
+        """
         nm, values = _column("wavelength_nm", self.wavelength_nm), _column("values", self.values)
         if nm.shape != values.shape:
             raise ValueError(

@@ -67,6 +67,10 @@ def verb(
     from_: Annotated[float, typer.Option("--from", help="Leave out wavelengths below, nm.")] = 0.0,
     to: Annotated[float, typer.Option("--to", help="Leave out wavelengths above, nm.")] = float("inf"),
     probability: Annotated[float, typer.Option(help="Of the intervals.")] = 0.95,
+    series: Annotated[
+        bool,
+        typer.Option("--series", help="The files are one film in time, in this order: the lamp is learnt from all."),
+    ] = False,
     output: Annotated[
         list[Path] | None,
         typer.Option(
@@ -86,7 +90,7 @@ def verb(
     files = output or []
     for file in files:
         rows.check(file, (*FORMATS, *rows.FORMATS))
-    if files and len(spectrum) > 1:
+    if files and len(spectrum) > 1 and not series:
         raise typer.BadParameter(f"curves of {len(spectrum)} spectra do not go into one file", param_hint="--output")
     pairs = [pair(text, "--range", "nm") for text in range_ or []]
 
@@ -136,6 +140,42 @@ def verb(
         )
         return read, result
 
+    if series:
+        if index is not None or len(pairs) > 1 or gain in ("linear", "quadratic") or baseline not in ("auto", "none"):
+            raise typer.BadParameter(
+                "a series takes no --index, one --range, a number for --gain, auto or none for --baseline",
+                param_hint="--series",
+            )
+        from iridesce._progress import progress_bar
+
+        read = [read_one(path) for path in spectrum]
+        for path, one in zip(spectrum, read, strict=True):
+            if not np.array_equal(one.wavelength_nm, read[0].wavelength_nm):
+                raise ValueError(f"{path}: its wavelengths are not those of {spectrum[0]}")
+        nm = read[0].wavelength_nm
+        inside = ~((nm < from_) | (nm > to))
+        with progress_bar("fit", counted=True) as advance:
+            course = ir.fit_series(
+                nm[inside],
+                np.array([one.measured[inside] for one in read]),
+                stack,
+                dark=None if dark is None else counts(dark, nm)[inside],
+                reference=None if reference is None else counts(reference, nm)[inside],
+                reference_stack=reference_stack,
+                quantity=quantity,
+                angle_deg=angle,
+                polarization=polarization,
+                thickness_range_nm=pairs[0] if pairs else None,
+                gain=None if gain is None else float(_gain(gain) or 0.0),
+                baseline=baseline,
+                resolution_nm=0.0 if resolution is None else resolution,
+                probability=probability,
+                index_tolerance=index_tolerance,
+                progress=advance,
+            )
+        _series(course, spectrum, files, size, theme, as_json)
+        return
+
     answers = [(path, *fitted(path)) for path in spectrum]
     path, read, result = answers[0]
     for file in files:
@@ -157,6 +197,39 @@ def verb(
         for remark in [read.read] if verbose else read.notes:
             note(f"note: {remark}" if len(answers) == 1 and not verbose else f"{path}: {remark}")
         print(result if len(answers) == 1 else f"{path}: {result}")
+    for file in files:
+        print(file)
+
+
+def _series(course: Any, spectrum: list[Path], files: list[Path], size: str | None, theme: str, as_json: bool) -> None:
+    """A row a spectrum."""
+    from iridesce.files import rows
+
+    for file in files:
+        if file.suffix.lower() in rows.FORMATS:
+            course.save(file)
+        else:
+            write_chart(file, size, lambda ax: course.plot(ax, theme=theme))
+    columns = {name: values.tolist() for name, values in course.columns().items()}
+    told = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    if as_json:
+        plain = [{name: None if value != value else value for name, value in row.items()} for row in told]
+        print_json(
+            {
+                "stack": course.stack,
+                "learnt": course.learnt,
+                "notes": list(course.notes),
+                "spectra": [{"file": str(path), **row} for path, row in zip(spectrum, plain, strict=True)],
+                "files": [str(file) for file in files],
+            }
+        )
+        return
+    for remark in course.notes:
+        note(f"note: {remark}")
+    for path, row in zip(spectrum, told, strict=True):
+        sized = row["verdict"] != "none"
+        words = f"{row['thickness_nm']:.2f} nm ({row['low_nm']:.2f} to {row['high_nm']:.2f})" if sized else "no film"
+        print(f"{path}: {row['verdict']}, {words}")
     for file in files:
         print(file)
 

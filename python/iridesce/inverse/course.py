@@ -1,0 +1,375 @@
+"""A series of spectra of one film: the lamp learnt from all of them, the thickness as a path with jumps. Internal.
+
+For the spectrum t and a film of thickness h
+
+    y_t(l) = g_t c(l) (1 + sum_j a_j p_j(l)) R(l, h) + s_t c(l) + noise,
+
+the lamp c common to all, g_t, a_j (smooth changes p_j of a few per cent) and stray light s_t integrated out in closed form
+for each t. Few thicknesses explain a spectrum: these candidates, refined, and "no film" are the states of a chain over time.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from iridesce.arguments.operands import Floats
+from iridesce.inverse.candidates import model_of
+from iridesce.inverse.model import HarmonicModel, Problem
+from iridesce.inverse.posterior import PRIOR_FILM, PRIOR_NONE, prior_density, temper
+from iridesce.inverse.search import round_trip_rate
+
+# Phase of a step of the grid of thicknesses, radians.
+_STEP = 0.3
+# How far a lamp that nobody has divided out may bend, over which length; and one that is known, or learnt.
+_WIDE = (0.3, 30.0)
+_KNOWN = (0.03, 80.0)
+_LEARNT = (0.015, 80.0)
+# The lamp itself is learnt as finely as this.
+_LAMP = (0.3, 14.0)
+_LEVEL, _STRAY = 0.4, 0.3
+# Candidates within so many units of the logarithm, at most so many.
+_FAR, _MOST = 30.0, 8
+# A jump that no drift explains has this probability a step; jumps go anywhere.
+_JUMP = 0.01
+_CLEAR = 0.95
+# Spectra of fewer fringes do not teach the lamp: it could have made them.
+_TEACHING_FRINGES = 2.5
+_LEAST_TEACHERS = 5
+_PASS = 1 << 21
+
+
+@dataclass(frozen=True)
+class Light:
+    """What is known of the lamp before the series is looked at."""
+
+    lamp: Floats | None
+    """Its course where it is known (ones, for referenced data), else None."""
+    gain: float | None
+    stray: bool
+
+
+@dataclass
+class Found:
+    """Candidates of every spectrum, (spectra, candidates), NaN where there are fewer."""
+
+    thickness_nm: Floats
+    sd_nm: Floats
+    log_mass: Floats
+    none: Floats
+    """Log evidence of no film."""
+    kappa: Floats
+
+
+class Course:
+    """All spectra against one stack."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        wavelength_nm: Floats,
+        spectra: Floats,
+        sd: Floats,
+        light: Light,
+        bounds: tuple[float, float],
+        line_nm: float,
+    ) -> None:
+        self.problem, self.nm, self.y, self.sd = problem, wavelength_nm, spectra, sd
+        self.light, self.bounds, self.line = light, bounds, line_nm
+        self.model = model_of(problem, wavelength_nm)
+        self.rate = round_trip_rate(problem, wavelength_nm, 0)
+        low, high = bounds
+        count = max(3, math.ceil((high - low) * float(self.rate.max()) / _STEP) + 1)
+        self.grid = np.linspace(low, high, count)
+        self.on_grid = self.films(self.grid)
+        self.mean = max(float(self.on_grid.mean()), 1e-9)
+        self.tempered, self.learnt = 1.0, False
+        if light.lamp is not None:
+            self.lamp, self.bend = light.lamp, _KNOWN
+        else:
+            self.lamp, self.bend = self._smooth_lamp(), _WIDE
+        self.rate_of_change = 20.0
+
+    def films(self, h: Floats) -> Floats:
+        """Spectra of films, (thicknesses, wavelengths)."""
+        if isinstance(self.model, HarmonicModel):
+            return self.model.many(h, self.line**2)
+        stack = self.problem.with_thickness([h[:, None]])
+        return np.asarray(
+            getattr(stack, self.problem.quantity)(self.nm, self.problem.angle_deg, self.problem.polarization)
+        )
+
+    def _smooth_lamp(self) -> Floats:
+        """The course of the mean spectrum over the mean film: a start that has no fringes in it."""
+        x = (2.0 * self.nm - self.nm[0] - self.nm[-1]) / (self.nm[-1] - self.nm[0])
+        basis = np.polynomial.chebyshev.chebvander(x, 6)
+        mean = np.maximum(self.y, 0.0).mean(axis=0) / self.on_grid.mean(axis=0)
+        course = basis @ np.linalg.lstsq(basis, mean, rcond=None)[0]
+        return np.asarray(np.maximum(course, 0.05 * max(float(course.max()), 1e-300)))
+
+    # --- evidence
+
+    def _columns(self, bend: tuple[float, float]) -> Floats:
+        """1 and the smooth changes of the lamp, (wavelengths, columns), each of its own size."""
+        size, length = bend
+        away = (self.nm[:, None] - self.nm[None, :]) / length
+        values, vectors = np.linalg.eigh(np.exp(-0.5 * away * away))
+        kept = values > 1e-4 * values[-1]
+        level = _LEVEL if self.light.gain is None else _KNOWN[0]
+        return np.column_stack([np.full(self.nm.size, level), size * vectors[:, kept] * np.sqrt(values[kept])])
+
+    def _gain(self) -> float:
+        """The gain that is expected of a spectrum of mean size."""
+        if self.light.gain is not None:
+            return self.light.gain
+        weight = 1.0 / self.sd**2
+        size = np.median(self.y @ (weight * self.lamp)) / max(float(weight @ (self.lamp * self.lamp)), 1e-300)
+        return max(float(size) / self.mean, 1e-300)
+
+    def _design(self, films: Floats, gain: float) -> tuple[Floats, Floats]:
+        """For films: columns over the noise, (films, columns, wavelengths), and the mean over the noise."""
+        changes = self.changes.T
+        columns = films[:, None, :] * (gain * self.lamp / self.sd * changes)[None]
+        if self.light.stray:
+            stray = gain * _STRAY * self.mean * self.lamp / self.sd
+            columns = np.concatenate([columns, np.broadcast_to(stray, (len(films), 1, self.nm.size))], axis=1)
+        mean = films * (gain * self.lamp / self.sd)
+        return columns, mean
+
+    def _costs(self, films: Floats, y: Floats, gain: float) -> tuple[Floats, Floats]:
+        """What is left of each spectrum (rows of y over the noise) under each film, squared, and log det M / 2."""
+        columns, mean = self._design(films, gain)
+        normal = columns @ columns.transpose(0, 2, 1)
+        size = normal.shape[1]
+        normal[:, range(size), range(size)] += 1.0
+        factor = np.linalg.cholesky(normal)
+        # C^-1 B^T, so that each spectrum costs products alone.
+        whitened = np.linalg.solve(factor, columns)
+        volume = np.log(factor[:, range(size), range(size)]).sum(axis=1)
+        # |y - m|^2 - |C^-1 B^T (y - m)|^2
+        cost = (y * y).sum(axis=1)[:, None] - 2.0 * y @ mean.T + (mean * mean).sum(axis=1)[None, :]
+        flat = whitened.reshape(-1, self.nm.size)
+        shift = np.einsum("fcn,fn->fc", whitened, mean)
+        for start in range(0, len(y), 512):
+            part = (y[start : start + 512] @ flat.T).reshape(-1, len(films), size) - shift[None]
+            cost[start : start + 512] -= (part * part).sum(axis=2)
+        return np.maximum(cost, 0.0), volume
+
+    def candidates(self) -> Found:
+        """For each spectrum the films that may explain it."""
+        self.changes = self._columns(self.bend)
+        gain = self._gain()
+        y = self.y / self.sd
+        count = len(y)
+        cost, volume = np.empty((count, self.grid.size)), np.empty(self.grid.size)
+        step = max(1, _PASS // (self.nm.size * (self.changes.shape[1] + 1)))
+        for start in range(0, self.grid.size, step):
+            part = slice(start, start + step)
+            cost[:, part], volume[part] = self._costs(self.on_grid[part], y, gain)
+        ones = [np.ones((1, self.nm.size))]
+        bare = self.films(np.zeros(1))
+        if float(bare.max()) > 1e-6:
+            ones.append(bare)
+        # No film: lamp light of any size, and the bare base.
+        sizes = [gain * self.mean * 10.0 ** (0.5 * power) for power in range(-4, 3)]
+        none_cost = [self._costs(ones[0], y, size) for size in sizes]
+        none_cost += [self._costs(one, y, gain) for one in ones[1:]]
+        best = np.minimum(cost.min(axis=1), np.min([one[0][:, 0] for one in none_cost], axis=0))
+        # The noise is understated by so much, at least: what the best explanation leaves.
+        kappa = np.maximum(1.0, np.sqrt(best / self.nm.size))
+        scale = 1.0 / (kappa**2 * self.tempered)
+        logs = -0.5 * cost * scale[:, None] - volume / self.tempered + np.log(self._prior(self.grid))
+        none = np.array([-0.5 * one[0][:, 0] * scale - one[1][0] / self.tempered for one in none_cost])
+        none = np.logaddexp.reduce(none, axis=0) - math.log(len(none_cost))
+        return self._refined(y, gain, logs, none, scale, kappa)
+
+    def _prior(self, h: Floats) -> Floats:
+        return np.asarray(prior_density(h, *self.bounds))
+
+    def _refined(self, y: Floats, gain: float, logs: Floats, none: Floats, scale: Floats, kappa: Floats) -> Found:
+        padded = np.pad(logs, ((0, 0), (1, 1)), constant_values=-np.inf)
+        top = (logs >= padded[:, :-2]) & (logs > padded[:, 2:])
+        # A parabola through coarse points misses a sharp top by a share of its height.
+        top &= logs > logs.max(axis=1)[:, None] - np.maximum(_FAR, 0.02 * np.ptp(logs, axis=1))[:, None]
+        rows, places = np.nonzero(top)
+        order = np.lexsort((-logs[rows, places], rows))
+        rows, places = rows[order], places[order]
+        rank = np.arange(rows.size) - np.searchsorted(rows, rows)
+        rows, places = rows[rank < _MOST], places[rank < _MOST]
+        h = self.grid[places]
+        width = np.full(h.size, self.grid[1] - self.grid[0])
+        low, high = self.bounds
+        at, curve = np.full(h.size, -np.inf), np.zeros(h.size)
+        for turn in range(4):
+            middle = np.clip(h, low + width, np.maximum(high - width, low + width))
+            three = np.stack([middle - width, middle, middle + width], axis=1)
+            values = self._values(rows, three, y, gain, scale)
+            below, at, above = values.T
+            bend = 2.0 * at - below - above
+            curve = np.where(bend > 0.0, bend, 0.0) / width**2
+            move = np.where(bend > 1e-12, 0.5 * (above - below) / np.maximum(bend, 1e-12), np.sign(above - below))
+            h = np.clip(middle + width * np.clip(move, -1.0, 1.0), low, high)
+            sd = np.where(curve > 0.0, 1.0 / np.sqrt(np.maximum(curve, 1e-300)), width)
+            width = np.minimum(np.maximum(sd, 1e-6), width * (0.35 if turn < 2 else 1.0))
+        peak = at + 0.5 * curve * (h - middle) ** 2
+        sd = np.where(curve > 0.0, 1.0 / np.sqrt(np.maximum(curve, 1e-300)), high - low)
+        sd = np.minimum(sd, high - low)
+        mass = peak + 0.5 * math.log(2.0 * math.pi) + np.log(sd) + np.log(self._prior(h)) + math.log(PRIOR_FILM)
+        shape = (len(y), _MOST)
+        found = Found(
+            np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, -np.inf), none + math.log(PRIOR_NONE), kappa
+        )
+        rank = np.arange(rows.size) - np.searchsorted(rows, rows)
+        found.thickness_nm[rows, rank], found.sd_nm[rows, rank], found.log_mass[rows, rank] = h, sd, mass
+        self._one_of_each(found)
+        return found
+
+    def _one_of_each(self, found: Found) -> None:
+        """Candidates that ran to the same top count once."""
+        for a in range(_MOST):
+            for b in range(a):
+                by = np.abs(found.thickness_nm[:, a] - found.thickness_nm[:, b])
+                same = by < 3.0 * np.fmax(found.sd_nm[:, a], found.sd_nm[:, b])
+                found.log_mass[same, a] = -np.inf
+
+    def _values(self, rows: npt.NDArray[np.intp], h: Floats, y: Floats, gain: float, scale: Floats) -> Floats:
+        """Log likelihoods of some films for the spectrum of each row, (rows, films)."""
+        out = np.empty(h.shape)
+        step = max(1, _PASS // (2 * self.nm.size * h.shape[1] * (self.changes.shape[1] + 1)))
+        for start in range(0, len(rows), step):
+            part = slice(start, start + step)
+            films = self.films(h[part].reshape(-1))
+            columns, mean = self._design(films, gain)
+            spectra = np.repeat(y[rows[part]], h.shape[1], axis=0)
+            left = spectra - mean
+            normal = columns @ columns.transpose(0, 2, 1)
+            size = normal.shape[1]
+            normal[:, range(size), range(size)] += 1.0
+            right = (columns @ left[:, :, None])[:, :, 0]
+            solved = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
+            cost = (left * left).sum(axis=1) - (right * solved).sum(axis=1)
+            volume = 0.5 * np.linalg.slogdet(normal)[1]
+            scales = np.repeat(scale[rows[part]], h.shape[1])
+            out[part] = (-0.5 * cost * scales - volume / self.tempered).reshape(-1, h.shape[1])
+        return out
+
+    # --- time
+
+    def chain(self, found: Found, steps: Floats) -> tuple[Floats, Floats]:
+        """Probabilities of the candidates and of no film, given the whole series: forward and backward.
+
+        P(h' | h) = (1 - e) exp(-|h' - h| / (rate dt)) / (2 rate dt) + e / range; no film stays so, or a film comes from anywhere.
+        """
+        count = len(found.none)
+        logs = np.column_stack([found.log_mass, found.none])
+        unary = np.exp(logs - logs.max(axis=1)[:, None])
+        # As a share of what the same film has by its own prior: else the prior would count at every step.
+        prior = np.column_stack([self._prior(np.nan_to_num(found.thickness_nm, nan=self.bounds[0])), np.ones(count)])
+        moves = []
+        for t in range(count - 1):
+            by = np.abs(found.thickness_nm[t][:, None] - found.thickness_nm[t + 1][None, :])
+            sd = np.hypot(found.sd_nm[t][:, None], found.sd_nm[t + 1][None, :])
+            tau = self.rate_of_change * steps[t] + sd
+            move = np.zeros((_MOST + 1, _MOST + 1))
+            inner = (1.0 - _JUMP) * np.exp(-by / tau) / (2.0 * tau) + _JUMP * prior[t + 1][:_MOST][None, :]
+            move[:_MOST, :_MOST] = np.nan_to_num(inner) / prior[t + 1][:_MOST][None, :]
+            # No film comes, and goes, as a jump does.
+            move[:_MOST, _MOST], move[_MOST, :_MOST] = _JUMP / PRIOR_NONE, _JUMP / PRIOR_FILM
+            move[_MOST, _MOST] = (1.0 - _JUMP) / PRIOR_NONE
+            moves.append(move)
+        forward, backward = unary.copy(), np.ones_like(unary)
+        for t in range(1, count):
+            forward[t] = unary[t] * (forward[t - 1] @ moves[t - 1])
+            forward[t] /= max(float(forward[t].sum()), 1e-300)
+        for t in range(count - 2, -1, -1):
+            backward[t] = moves[t] @ (unary[t + 1] * backward[t + 1])
+            backward[t] /= max(float(backward[t].max()), 1e-300)
+        belief = forward * backward
+        belief /= np.maximum(belief.sum(axis=1), 1e-300)[:, None]
+        return belief[:, :_MOST], belief[:, _MOST]
+
+    def near_nm(self, h: Floats) -> Floats:
+        """Films within this are of one order: a quarter of a wave, less for thin ones."""
+        middle = float(np.median(self.nm))
+        medium = self.problem.stack.layers[self.problem.unknown[0]].medium
+        n = max(float(np.real(medium.index(middle, extrapolate="hold"))), 1.0)
+        return np.minimum(middle / (4.0 * n), 0.25 * h + 3.0)
+
+    def fringes(self, h: Floats) -> Floats:
+        """Over the spectrum."""
+        return np.asarray(h * float(np.ptp(self.rate)) / (2.0 * math.pi))
+
+    # --- what all spectra share
+
+    def learn(self, thickness_nm: Floats, sure: npt.NDArray[np.bool_], least: int = _LEAST_TEACHERS) -> bool:
+        """The lamp from spectra whose films are sure; whether there were enough of them."""
+        teachers = np.flatnonzero(sure & (self.fringes(thickness_nm) > _TEACHING_FRINGES))
+        if self.light.lamp is None and teachers.size < least:
+            return False
+        use = (
+            teachers[np.linspace(0, teachers.size - 1, min(teachers.size, 400)).astype(int)]
+            if teachers.size
+            else teachers
+        )
+        if not use.size:
+            return False
+        films, y = self.films(thickness_nm[use]), self.y[use]
+        modes = self._columns(_LAMP if self.light.lamp is None else (_KNOWN[0], _LAMP[1]))[:, 1:]
+        base = self.lamp if self.light.lamp is not None else self._lamp_of(films, y)
+        weight = 1.0 / self.sd**2
+        lamp = base
+        for _ in range(4):
+            gains, strays = self._linear(films, y, lamp)
+            # Known up to its size: that of the first lamp.
+            size = float(np.median(gains))
+            seen = gains[:, None] / size * films + strays[:, None] / size
+            target = y / size - seen * base
+            normal = np.eye(modes.shape[1])
+            square = ((seen * seen).sum(axis=0)) * base * base * weight * size * size
+            normal = normal + modes.T @ (square[:, None] * modes)
+            right = modes.T @ (base * weight * size * size * (seen * target).sum(axis=0))
+            lamp = base * (1.0 + modes @ np.linalg.solve(normal, right))
+            lamp = np.maximum(lamp, 1e-3 * float(lamp.max()))
+        self.lamp, self.bend, self.learnt = lamp, _LEARNT, True
+        gains, strays = self._linear(films, y, lamp)
+        left = (y - (gains[:, None] * films + strays[:, None]) * lamp) / self.sd
+        self.tempered = float(np.median([temper(row) for row in left]))
+        return True
+
+    def _lamp_of(self, films: Floats, y: Floats) -> Floats:
+        """The smooth lamp under which these films look like these spectra."""
+        x = (2.0 * self.nm - self.nm[0] - self.nm[-1]) / (self.nm[-1] - self.nm[0])
+        basis = np.polynomial.chebyshev.chebvander(x, 6)
+        sizes = np.maximum(y.sum(axis=1), 1e-300) / films.sum(axis=1)
+        weight = ((sizes[:, None] * films) ** 2).sum(axis=0) / self.sd**2
+        mean = (sizes[:, None] * films * y).sum(axis=0) / np.maximum(
+            ((sizes[:, None] * films) ** 2).sum(axis=0), 1e-300
+        )
+        root = np.sqrt(weight)[:, None]
+        course = basis @ np.linalg.lstsq(basis * root, mean * root[:, 0], rcond=None)[0]
+        course = np.maximum(course, 0.05 * max(float(course.max()), 1e-300))
+        return np.asarray(course * float(np.median(sizes)))
+
+    def left(self, thickness_nm: Floats, sure: npt.NDArray[np.bool_]) -> Floats:
+        """What the lamp and the films leave of some sure spectra."""
+        use = np.flatnonzero(sure)[:200]
+        films, y = self.films(thickness_nm[use]), self.y[use]
+        gains, strays = self._linear(films, y, self.lamp)
+        return np.asarray(y - (gains[:, None] * films + strays[:, None]) * self.lamp)
+
+    def _linear(self, films: Floats, y: Floats, lamp: Floats) -> tuple[Floats, Floats]:
+        """Gain and stray light of each spectrum, the lamp known."""
+        weight = lamp * lamp / self.sd**2
+        z = y / lamp
+        ff, f1, one = (films * films) @ weight, films @ weight, float(weight.sum())
+        fz, oz = ((films * z) @ weight), z @ weight
+        if not self.light.stray:
+            return fz / np.maximum(ff, 1e-300), np.zeros(len(y))
+        # Stray light is not negative, and small: a ridge of its own prior.
+        ridge = 1.0 / max((_STRAY * self.mean * self._gain()) ** 2, 1e-300)
+        determinant = ff * (one + ridge) - f1 * f1
+        gains = ((one + ridge) * fz - f1 * oz) / np.maximum(determinant, 1e-300)
+        return gains, (oz - f1 * gains) / (one + ridge)

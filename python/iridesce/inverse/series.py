@@ -1,0 +1,578 @@
+"""One film in time: many spectra that share lamp, spectrometer and neighbours.
+
+>>> import numpy as np
+>>> import iridesce as ir
+>>> nm = np.arange(450.0, 800.0, 2.0)
+>>> film = ir.Stack(["air", ir.Layer("soap", thickness_nm=np.linspace(1400.0, 900.0, 40)[:, None]), "air"])
+>>> lamp = 2e4 * np.exp(-(((nm - 640.0) / 150.0) ** 2)) * (1.0 + 0.3 * np.exp(-(((nm - 560.0) / 30.0) ** 2)))
+>>> counts = lamp * film.reflectance(nm) + 20.0 * np.random.default_rng(1).standard_normal((40, nm.size))
+>>> series = ir.fit_series(nm, counts, "air / soap ? / air")
+>>> bool(np.abs(series.thickness_nm - np.linspace(1400.0, 900.0, 40)).max() < 5.0), set(series.verdict.tolist())
+(True, {'clear'})
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from iridesce._notebook import facts_html
+from iridesce.arguments.operands import Floats
+from iridesce.arguments.scalars import file_name, number, one_of
+from iridesce.files import rows
+from iridesce.files.spectra import read_spectrum
+from iridesce.inverse.course import _CLEAR, Course, Found, Light
+from iridesce.inverse.data import inside_media, local_noise, referenced
+from iridesce.inverse.fit import fit_thickness
+from iridesce.inverse.model import Problem, describe, read_problem
+from iridesce.inverse.solve import student
+from iridesce.optics.averages import FWHM
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_THINNEST_NM, _THICKEST_NM = 1.0, 10_000.0
+_FEWEST_POINTS = 24
+# The lamp is learnt from at most so many spectra, evenly spaced in time; then all are asked.
+_LEARNERS = 240
+# Where no lamp comes of the series at once, so many spectra are fitted alone, and so many of these have to be clear.
+_ALONE, _LEAST_ALONE = 6, 3
+_FRINGES_OF_A_LAMP = 1.5
+_WORST_KAPPA = 10.0
+_MOST_VALUES = 200_000_000
+
+
+@dataclass(frozen=True)
+class SeriesResult:
+    """A film's thickness in time.
+
+    time_s        of each spectrum; their numbers where no times were given                      (n,)
+    thickness_nm  the likeliest thickness, NaN where no film can be told                         (n,)
+    interval_nm   (low, high) of the asked probability if the order is right                     (n, 2)
+    probability_of_order  that the order is right, "no film" among the explanations               (n,)
+    no_film       probability that there is no film                                              (n,)
+    verdict       "clear", "ambiguous", "doubtful", "none", as of `ir.fit_thickness`             (n,)
+    kappa         by how much what is left is larger than the noise                              (n,)
+    wavelength_nm, response  the lamp's course learnt over the series, mean 1                    (wavelengths,)
+    learnt        whether it was: else it is a smooth guess, and every spectrum stands for itself
+    stack, probability, notes
+
+    >>> import numpy as np
+    >>> import iridesce as ir
+    >>> nm = np.arange(450.0, 800.0, 4.0)
+    >>> film = ir.Stack(["air", ir.Layer("soap", thickness_nm=np.linspace(1000.0, 900.0, 8)[:, None]), "air"])
+    >>> series = ir.fit_series(nm, film.reflectance(nm), "air / soap ? / air", gain=1.0)
+    >>> series.thickness_nm.shape, series.interval_nm.shape
+    ((8,), (8, 2))
+    """
+
+    time_s: Floats
+    thickness_nm: Floats
+    interval_nm: Floats
+    probability_of_order: Floats
+    no_film: Floats
+    verdict: npt.NDArray[np.str_]
+    kappa: Floats
+    wavelength_nm: Floats = field(repr=False)
+    response: Floats = field(repr=False)
+    learnt: bool
+    stack: str
+    probability: float
+    notes: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return int(self.thickness_nm.size)
+
+    def __str__(self) -> str:
+        words = ", ".join(f"{count} {word}" for word, count in self.counts().items() if count)
+        lines = [f"{self.stack}: {len(self)} spectra, {words}; lamp {'learnt' if self.learnt else 'not learnt'}"]
+        seen = np.isfinite(self.thickness_nm)
+        if seen.any():
+            lines.append(f"  {np.nanmin(self.thickness_nm):.1f} to {np.nanmax(self.thickness_nm):.1f} nm")
+        return "\n".join([*lines, *(f"  note: {note}" for note in self.notes)])
+
+    def counts(self) -> dict[str, int]:
+        """How many spectra have each verdict.
+
+        Returns    dict
+
+        >>> import numpy as np
+        >>> import iridesce as ir
+        >>> nm = np.arange(450.0, 800.0, 4.0)
+        >>> film = ir.Stack(["air", ir.Layer("soap", thickness_nm=np.linspace(1000.0, 900.0, 8)[:, None]), "air"])
+        >>> ir.fit_series(nm, film.reflectance(nm), "air / soap ? / air", gain=1.0).counts()["clear"]
+        8
+        """
+        return {word: int((self.verdict == word).sum()) for word in ("clear", "ambiguous", "doubtful", "none")}
+
+    def columns(self) -> dict[str, Any]:
+        """What `save` writes, by name.
+
+        Returns    dict of arrays
+
+        >>> import numpy as np
+        >>> import iridesce as ir
+        >>> nm = np.arange(450.0, 800.0, 4.0)
+        >>> film = ir.Stack(["air", ir.Layer("soap", thickness_nm=np.linspace(1000.0, 900.0, 8)[:, None]), "air"])
+        >>> list(ir.fit_series(nm, film.reflectance(nm), "air / soap ? / air", gain=1.0).columns())[:3]
+        ['time_s', 'thickness_nm', 'low_nm']
+        """
+        return {
+            "time_s": self.time_s,
+            "thickness_nm": self.thickness_nm,
+            "low_nm": self.interval_nm[:, 0],
+            "high_nm": self.interval_nm[:, 1],
+            "verdict": self.verdict,
+            "probability_of_order": self.probability_of_order,
+            "no_film": self.no_film,
+            "kappa": self.kappa,
+        }
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a row a spectrum: .csv, or .json with lamp and notes.
+
+        path       file name; written whole or not at all
+        Returns    None
+        Raises     ValueError for another ending; OSError
+
+        >>> import numpy as np
+        >>> import iridesce as ir
+        >>> nm = np.arange(450.0, 800.0, 4.0)
+        >>> film = ir.Stack(["air", ir.Layer("soap", thickness_nm=np.linspace(1000.0, 900.0, 8)[:, None]), "air"])
+        >>> ir.fit_series(nm, film.reflectance(nm), "air / soap ? / air", gain=1.0).save("series.csv")
+        """
+        place = Path(file_name(path, rows.FORMATS))
+        facts = {
+            "stack": self.stack,
+            "probability": self.probability,
+            "learnt": self.learnt,
+            "notes": list(self.notes),
+            "wavelength_nm": self.wavelength_nm.tolist(),
+            "response": self.response.tolist(),
+        }
+        told = {
+            name: [None if one != one else one for one in values.tolist()] for name, values in self.columns().items()
+        }
+        rows.write(place, told if place.suffix.lower() == ".json" else self.columns(), facts)
+
+    def to_xarray(self) -> Any:
+        """An ``xarray.Dataset`` over ``time_s``, with the lamp over ``wavelength_nm``; needs the extra ``xarray``.
+
+        Returns    xarray.Dataset
+        Raises     ImportError without xarray
+
+        >>> import numpy as np
+        >>> import iridesce as ir
+        >>> nm = np.arange(450.0, 800.0, 4.0)
+        >>> film = ir.Stack(["air", ir.Layer("soap", thickness_nm=np.linspace(1000.0, 900.0, 8)[:, None]), "air"])
+        >>> ir.fit_series(nm, film.reflectance(nm), "air / soap ? / air", gain=1.0).to_xarray().thickness_nm.dims
+        ('time_s',)
+        """
+        try:
+            import xarray
+        except ImportError:
+            raise ImportError('to_xarray needs xarray: pip install "iridesce[xarray]"') from None
+        columns = self.columns()
+        data = {name: ("time_s", values) for name, values in columns.items() if name != "time_s"}
+        return xarray.Dataset(
+            {**data, "response": ("wavelength_nm", self.response)},
+            coords={"time_s": self.time_s, "wavelength_nm": self.wavelength_nm},
+            attrs={"stack": self.stack, "probability": self.probability, "notes": list(self.notes)},
+        )
+
+    def _repr_html_(self) -> str:
+        counts = ", ".join(f"{count} {word}" for word, count in self.counts().items() if count)
+        facts = [("spectra", str(len(self))), ("verdicts", counts), ("lamp", "learnt" if self.learnt else "not learnt")]
+        return facts_html(self.stack, [*facts, *(("note", note) for note in self.notes)])
+
+    def plot(self, ax: Axes | None = None, *, title: str | None = None, theme: str | None = None) -> Axes:
+        """Thickness against time, with intervals; hollow where the verdict is not "clear".
+
+        ax, title, theme  as in `iridesce.plot`
+        Returns    the Axes
+        Raises     ValueError as there
+
+        >>> import numpy as np
+        >>> import iridesce as ir
+        >>> nm = np.arange(450.0, 800.0, 4.0)
+        >>> film = ir.Stack(["air", ir.Layer("soap", thickness_nm=np.linspace(1000.0, 900.0, 8)[:, None]), "air"])
+        >>> ir.fit_series(nm, film.reflectance(nm), "air / soap ? / air", gain=1.0).plot().get_ylabel()
+        'thickness (nm)'
+        """
+        from iridesce.plot import _series
+
+        return _series.plot(self, ax, title, theme)
+
+
+def fit_series(
+    wavelength_nm: npt.ArrayLike | None,
+    spectra: Any,
+    stack: Any,
+    time_s: npt.ArrayLike | None = None,
+    *,
+    dark: npt.ArrayLike | None = None,
+    reference: npt.ArrayLike | None = None,
+    reference_stack: Any = None,
+    layer: Any = None,
+    quantity: str = "reflectance",
+    angle_deg: float = 0.0,
+    polarization: str = "unpolarized",
+    thickness_range_nm: Any = None,
+    gain: float | None = None,
+    baseline: str = "auto",
+    resolution_nm: float = 0.0,
+    noise: float | None = None,
+    probability: float = 0.95,
+    index_tolerance: float = 0.0,
+    progress: Callable[..., object] | None = None,
+) -> SeriesResult:
+    """The thickness of one film in time, from many spectra that share lamp and spectrometer.
+
+    Each spectrum is compared with all films under a lamp of any smooth course; those that are sure, and have fringes
+    enough that no lamp could have made them, teach the lamp's course; with it all spectra are asked again, twice. Time is
+    a chain: a film drifts (its rate is found from the series), or jumps, or is gone; forward-backward sums over all
+    paths. A learnt lamp makes thin films measurable that no spectrum alone could tell.
+
+    wavelength_nm  vacuum wavelengths; None where ``spectra`` are files                             (wavelengths,)
+    spectra        reflectances or counts, a row a spectrum; or paths of files, read by `ir.fit.read_spectrum`
+                                                                                                    (n, wavelengths)
+    stack          with one unknown thickness, as for `ir.fit_thickness`; its indices are known
+    time_s         ascending; None: 0, 1, 2, ...                                                      (n,)
+    dark, reference, reference_stack  as for `ir.fit_thickness`, the same for all spectra             (wavelengths,)
+    layer, quantity, angle_deg, polarization, probability, index_tolerance  as there
+    thickness_range_nm  (low, high); None: 1 to 10 000 nm
+    gain           None: unknown; 1.0 for calibrated reflectances
+    baseline       "auto": stray light with the lamp's course; "none"
+    resolution_nm  full width at half maximum of the instrument's line
+    noise          standard deviation of the measurement; None: estimated
+    progress       called with (done, total)
+    Returns        `SeriesResult`
+    Raises         ValueError naming the argument, or the file, that is wrong
+    Source         L. R. Rabiner, Proc. IEEE 77, 257 (1989) (forward-backward)
+
+    >>> import iridesce as ir
+    >>> nm = np.arange(450.0, 800.0, 2.0)
+    >>> path = np.r_[np.linspace(900.0, 870.0, 6), np.linspace(1250.0, 1200.0, 6)]          # a patch passes the spot
+    >>> film = ir.Stack(["air", ir.Layer("soap", thickness_nm=path[:, None]), "air"])
+    >>> found = ir.fit_series(nm, film.reflectance(nm), "air / soap ? / air", gain=1.0)
+    >>> bool(np.abs(found.thickness_nm - path).max() < 1.0)
+    True
+    """
+    quantity = one_of("quantity", quantity, ("reflectance", "transmittance"))
+    polarization = one_of("polarization", polarization, ("s", "p", "unpolarized"))
+    baseline = one_of("baseline", baseline, ("auto", "none"))
+    angle = number("angle_deg", angle_deg, low=0.0, high=90.0)
+    line = number("resolution_nm", resolution_nm, low=0.0, high=100.0) / FWHM
+    share = number("probability", probability, low=0.0, high=1.0, includes_low=False)
+    tolerance = number("index_tolerance", index_tolerance, low=0.0, high=1.0)
+    if gain is not None:
+        gain = number("gain", gain, low=0.0, high=math.inf, includes_low=False)
+    size = None if noise is None else number("noise", noise, low=0.0, high=math.inf, includes_low=False)
+    problem = read_problem(stack, layer, None, quantity, angle, polarization)
+    if len(problem.unknown) != 1:
+        raise ValueError(f"a series has one unknown thickness, the stack has {len(problem.unknown)}")
+    notes: list[str] = []
+    nm, values = _read(wavelength_nm, spectra)
+    times = _times(time_s, len(values))
+    if reference is None and (dark is not None or reference_stack is not None):
+        raise ValueError("dark and reference_stack go with a reference: give reference=, too")
+    if reference is not None:
+        nm, values, sd = _by_reference(problem, nm, values, dark, reference, reference_stack, notes)
+        gain = 1.0 if gain is None else gain
+    order = np.argsort(nm, kind="stable")
+    nm, values = nm[order], values[:, order]
+    if np.any(np.diff(nm) <= 0.0):
+        raise ValueError("wavelength_nm must not repeat")
+    known = inside_media(problem, nm, notes)
+    nm, values = nm[known], values[:, known]
+    if nm.size < _FEWEST_POINTS:
+        raise ValueError(f"{nm.size} usable wavelengths are too few for a series; at least {_FEWEST_POINTS}")
+    problem.with_thickness([100.0]).reflectance(nm[[0, -1]], angle)
+    values, whole = _put_right(values, notes)
+    if not whole.any():
+        notes.append("no spectrum is whole: no film is seen")
+        return _nothing(times, nm, describe(problem), share, notes)
+    if reference is not None:
+        sd = sd[order][known]
+    elif size is not None:
+        sd = np.full(nm.size, size)
+    else:
+        sd = local_noise(values[whole])
+    floor = 2e-6 * float(np.abs(values[whole]).max(initial=0.0))
+    empty = ~whole | (np.ptp(values, axis=1) <= 1e-12 * np.abs(values).max(axis=1))
+    bounds = _bounds(thickness_range_nm, problem, nm, notes)
+    if empty.all():
+        notes.append("no spectrum varies with wavelength: no film is seen")
+        return _nothing(times, nm, describe(problem), share, notes)
+    known_lamp = np.ones_like(nm) if gain is not None else None
+    light = Light(known_lamp, gain, baseline != "none")
+    # By a power of two: squares of sizes far from 1 would run over.
+    scale = 2.0 ** math.floor(math.log2(max(float(np.abs(values[~empty]).max()), 1e-300))) if gain is None else 1.0
+    used = np.flatnonzero(~empty)
+    sd = np.maximum(sd, max(floor, 1e-300)) / scale
+    course = Course(problem, nm, values[used] / scale, sd, light, bounds, line)
+    belief, none, found = _asked(course, times[used], size is None, progress)
+    if not course.learnt and gain is None:
+        notes.append("the lamp could not be learnt: too few spectra with sure films of more than 2.5 fringes")
+    return _answer(course, belief, none, found, times, used, share, tolerance, describe(problem), notes)
+
+
+def _asked(
+    course: Course, times: Floats, free_noise: bool, progress: Callable[..., object] | None
+) -> tuple[Floats, Floats, Found]:
+    """Learn from some, then ask all."""
+    every = course.y
+    few = np.unique(np.linspace(0, len(every) - 1, min(len(every), _LEARNERS)).astype(int))
+
+    def ask() -> tuple[Floats, Floats, Found]:
+        at = times[few] if len(course.y) == few.size else times
+        steps = np.diff(at)
+        found = course.candidates()
+        belief = none = np.empty(0)
+        for _ in range(3):
+            belief, none = course.chain(found, steps)
+            best, _ = _best(course, belief, found)
+            by = np.abs(np.diff(best)) / steps
+            sure = (belief.max(axis=1) > _CLEAR)[1:] & (belief.max(axis=1) > _CLEAR)[:-1]
+            if sure.sum() > 3:
+                # Laplace's scale is the mean; jumps are left out by the median's.
+                course.rate_of_change = float(max(np.median(by[sure]) / math.log(2.0), 1e-3 / float(np.median(steps))))
+        return belief, none, found
+
+    total = 4
+    course.y = every[few]
+    course.rate_of_change = 20.0 / float(np.median(np.diff(times))) if times.size > 1 else 20.0
+    for turn in range(2):
+        belief, none, found = ask()
+        if progress is not None:
+            progress(turn + 1, total)
+        best, mass = _best(course, belief, found)
+        sure = mass > 0.99
+        if not course.learn(best, sure):
+            best, sure = _alone(course)
+            if turn > 0 or not course.learn(best, sure, _LEAST_ALONE):
+                break
+        if free_noise:
+            course.sd = np.maximum(local_noise(course.left(best, sure)), 1e-3 * course.sd)
+    course.y = every
+    belief, none, found = ask()
+    if progress is not None:
+        progress(total, total)
+    return belief, none, found
+
+
+def _alone(course: Course) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """Some spectra by themselves, where the series is too short, or too still, to begin with: `fit_thickness` takes a lamp in."""
+    best, sure = np.full(len(course.y), np.nan), np.zeros(len(course.y), dtype=bool)
+    if course.light.lamp is not None:
+        return best, sure
+    problem = course.problem
+    for place in np.unique(np.linspace(0, len(course.y) - 1, min(len(course.y), _ALONE)).astype(int)):
+        found = fit_thickness(
+            course.nm,
+            course.y[place],
+            problem.stack,
+            layer=problem.unknown[0] + 1,
+            quantity=problem.quantity,
+            angle_deg=problem.angle_deg,
+            polarization=problem.polarization,
+            thickness_range_nm=course.bounds,
+            resolution_nm=course.line * FWHM,
+        )
+        if found.verdict == "clear":
+            best[place], sure[place] = found.best.thickness_nm, True
+    return best, sure
+
+
+def _best(course: Course, belief: Floats, found: Found) -> tuple[Floats, Floats]:
+    """The thickness of the likeliest order, and the probability of that order."""
+    place = belief.argmax(axis=1)
+    rows_ = np.arange(len(belief))
+    best = found.thickness_nm[rows_, place]
+    near = np.abs(found.thickness_nm - best[:, None]) <= course.near_nm(np.nan_to_num(best))[:, None]
+    return best, np.where(near, belief, 0.0).sum(axis=1)
+
+
+def _answer(
+    course: Course,
+    belief: Floats,
+    none: Floats,
+    found: Found,
+    times: Floats,
+    used: npt.NDArray[np.intp],
+    probability: float,
+    tolerance: float,
+    stack: str,
+    notes: list[str],
+) -> SeriesResult:
+    best, mass = _best(course, belief, found)
+    place = belief.argmax(axis=1)
+    sd = found.sd_nm[np.arange(len(best)), place]
+    half = student(probability, 1e6) * np.hypot(sd, tolerance * best)
+    low, high = course.bounds
+    at_end = (best <= low + 1e-6) | (best >= high - 1e-6)
+    words = np.where(mass > _CLEAR, "clear", "ambiguous").astype("<U9")
+    if not course.learnt and course.light.lamp is None:
+        words[(words == "clear") & (course.fringes(best) < _FRINGES_OF_A_LAMP)] = "ambiguous"
+    words[at_end | (found.kappa >= _WORST_KAPPA)] = "doubtful"
+    words[(none > 0.5) | ~np.isfinite(best)] = "none"
+    best = np.where(words == "none", np.nan, best)
+    count = times.size
+    thickness, interval = np.full(count, np.nan), np.full((count, 2), np.nan)
+    order, no_film, verdict, kappa = (
+        np.zeros(count),
+        np.ones(count),
+        np.full(count, "none", dtype="<U9"),
+        np.ones(count),
+    )
+    thickness[used], order[used], no_film[used], verdict[used] = best, mass, none, words
+    interval[used] = np.stack([np.maximum(best - half, 0.0), best + half], axis=1)
+    kappa[used] = found.kappa
+    if (found.kappa > 1.5).mean() > 0.5:
+        notes.append(
+            f"the noise is taken {float(np.median(found.kappa)):.2g} times larger than estimated: the index, the line, or "
+            "another stack"
+        )
+    response = course.lamp / float(course.lamp.mean())
+    return SeriesResult(
+        times,
+        thickness,
+        interval,
+        order,
+        no_film,
+        verdict,
+        kappa,
+        course.nm,
+        response,
+        course.learnt,
+        stack,
+        probability,
+        tuple(notes),
+    )
+
+
+def _nothing(times: Floats, nm: Floats, stack: str, probability: float, notes: list[str]) -> SeriesResult:
+    count = times.size
+    empty = np.full(count, np.nan)
+    none = np.full(count, "none", dtype="<U9")
+    return SeriesResult(
+        times, empty, np.full((count, 2), np.nan), np.zeros(count), np.ones(count), none, np.ones(count), nm,
+        np.ones_like(nm), False, stack, probability, tuple(notes),
+    )  # fmt: skip
+
+
+# --- what was given
+
+
+def _read(wavelength_nm: npt.ArrayLike | None, spectra: Any) -> tuple[Floats, Floats]:
+    if wavelength_nm is None:
+        if isinstance(spectra, str | os.PathLike) or not hasattr(spectra, "__iter__"):
+            raise ValueError(f"spectra must be a list of paths where wavelength_nm is None, got {spectra!r:.60}")
+        paths = list(spectra)
+        if not all(isinstance(one, str | os.PathLike) for one in paths) or not paths:
+            raise ValueError("spectra must be a list of paths where wavelength_nm is None")
+        read = [read_spectrum(one) for one in paths]
+        for path, one in zip(paths, read, strict=True):
+            if one.wavelength_nm.size != read[0].wavelength_nm.size or not np.allclose(
+                one.wavelength_nm, read[0].wavelength_nm, rtol=0.0, atol=1e-6
+            ):
+                raise ValueError(f"{os.fspath(path)}: its wavelengths are not those of {os.fspath(paths[0])}")
+        nm, values = np.asarray(read[0].wavelength_nm), np.array([one.measured for one in read])
+    else:
+        try:
+            nm, values = np.asarray(wavelength_nm, dtype=np.float64), np.asarray(spectra, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise ValueError("spectra must be numbers of one length each, (n, wavelengths)") from None
+    if nm.ndim != 1 or values.ndim != 2 or values.shape[1] != nm.size or not len(values):
+        raise ValueError(f"spectra must have the shape (n, {nm.size}) for {nm.size} wavelengths, got {values.shape}")
+    if not (np.isfinite(nm).all() and (nm > 0.0).all()):
+        raise ValueError("wavelength_nm must be > 0 and finite")
+    if values.size > _MOST_VALUES:
+        raise ValueError(
+            f"spectra hold {values.size} values, at most {_MOST_VALUES} are taken: fit the series in parts"
+        )
+    return nm, values
+
+
+def _times(given: npt.ArrayLike | None, count: int) -> Floats:
+    if given is None:
+        return np.arange(count, dtype=np.float64)
+    try:
+        times = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"time_s must be numbers, got {given!r:.60}") from None
+    if times.shape != (count,):
+        raise ValueError(f"time_s must have one time a spectrum ({count}), got shape {times.shape}")
+    if not np.isfinite(times).all() or np.any(np.diff(times) <= 0.0):
+        raise ValueError("time_s must be finite and ascending")
+    return times
+
+
+def _by_reference(
+    problem: Problem,
+    nm: Floats,
+    values: Floats,
+    dark: Any,
+    reference: Any,
+    reference_stack: Any,
+    notes: list[str],
+) -> tuple[Floats, Floats, Floats]:
+    """Reflectances of all spectra: the mean's tells which channels have light, and the noise."""
+    lit, _, sd = referenced(problem, nm, values.mean(axis=0), dark, reference, reference_stack, None, notes)
+    part = np.isin(nm, lit)
+    # Linear in the counts: two of them give the line of each channel.
+    d = np.zeros_like(nm) if dark is None else np.asarray(dark, dtype=np.float64)
+    light = np.asarray(reference, dtype=np.float64) - d
+    _, of, _ = referenced(
+        problem, nm, np.asarray(reference, dtype=np.float64), dark, reference, reference_stack, None, []
+    )
+    found = (values[:, part] - d[part]) / light[part] * of
+    # The noise of the mean is that of one spectrum over the root of their number.
+    own = local_noise(found)
+    return lit, found, np.maximum(own, np.minimum(sd, 10.0 * own))
+
+
+def _put_right(values: Floats, notes: list[str]) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """Single spikes and gaps filled from their neighbours; which spectra are whole."""
+    finite = np.isfinite(values)
+    whole = finite.mean(axis=1) > 0.9
+    out = np.where(finite, values, 0.0)
+    neighbours = np.stack([np.roll(out, shift, axis=1) for shift in (-2, -1, 1, 2)])
+    middle = np.median(neighbours, axis=0)
+    away = np.abs(out - middle)
+    size = 1.4826 * np.median(away, axis=1)[:, None]
+    spikes = finite & (away > 12.0 * np.maximum(size, 1e-12 * np.abs(out).max(axis=1)[:, None]))
+    spikes[:, :2] = spikes[:, -2:] = False
+    out = np.where(spikes | ~finite, middle, out)
+    if spikes.any():
+        notes.append(f"{int(spikes.sum())} spikes that no neighbour shares were filled")
+    if not finite.all():
+        notes.append(
+            f"{int((~finite).sum())} values that are not finite were filled; {int((~whole).sum())} spectra left out"
+        )
+    return out, whole
+
+
+def _bounds(given: Any, problem: Problem, nm: Floats, notes: list[str]) -> tuple[float, float]:
+    if given is None:
+        low, high = _THINNEST_NM, _THICKEST_NM
+    else:
+        try:
+            low, high = (float(one) for one in given)
+        except (TypeError, ValueError):
+            raise ValueError(f"thickness_range_nm must be (low, high) in nm, got {given!r:.60}") from None
+    if not 0.0 <= low < high <= 1e5:
+        raise ValueError(f"thickness_range_nm must be 0 <= low < high <= 100 000, got {(low, high)}")
+    n = float(np.real(problem.stack.layers[problem.unknown[0]].medium.index(nm[-1], extrapolate="hold")))
+    limit = float(nm[-1]) ** 2 / (4.0 * max(n, 1.0) * float(np.median(np.diff(nm))))
+    if high > limit > 2.0 * low:
+        notes.append(f"films above {limit:.4g} nm have fringes finer than these wavelengths show")
+        high = limit
+    return low, high

@@ -1,0 +1,162 @@
+"""`ir.fit_series`: the lamp is learnt, thin films are told by it, films jump and burst. Scores: bench/fit_series.py."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import iridesce as ir
+from conftest import Run
+
+Floats = npt.NDArray[np.float64]
+NM = np.arange(450.0, 850.0, 4.0)
+SOAP = "air / soap ? / air"
+LAMP = 2e4 * np.exp(-(((NM - 650.0) / 220.0) ** 2)) * (1.0 + 0.4 * np.exp(-0.5 * ((NM - 560.0) / 25.0) ** 2))
+
+
+def counts(h: Floats, seed: int = 1, noise: float = 30.0) -> Floats:
+    random = np.random.default_rng(seed)
+    film = np.asarray(ir.Stack(["air", ir.Layer("soap", h[:, None]), "air"]).reflectance(NM))
+    size = np.exp(0.1 * random.standard_normal(h.size))[:, None]
+    return np.asarray(size * LAMP * (film + 0.005) + noise * random.standard_normal(film.shape))
+
+
+def fit(spectra: Any, **how: Any) -> Any:
+    how.setdefault("thickness_range_nm", (1.0, 2500.0))
+    return ir.fit_series(NM, spectra, SOAP, **how)
+
+
+@pytest.fixture(scope="module")
+def thinning() -> tuple[Floats, Any]:
+    """From 1 700 to 60 nm, a patch half as thick again passing, and gone at the end."""
+    h = 1700.0 * np.exp(-np.linspace(0.0, 3.6, 90)) + 15.0
+    h[30:34] *= 1.5
+    h[85:] = 0.0
+    return h, fit(counts(h), time_s=0.5 * np.arange(90.0))
+
+
+def test_a_film_is_followed_to_where_one_spectrum_tells_nothing(thinning: tuple[Floats, Any]) -> None:
+    h, series = thinning
+    film = h > 0.0
+    error = np.abs(series.thickness_nm - h)[film]
+    assert series.learnt and (error < 0.04 * h[film] + 3.0).mean() > 0.97
+    right = (error < 0.04 * h[film] + 3.0)[series.verdict[film] == "clear"]
+    assert right.size > 70 and right.mean() > 0.98
+    # The thinnest have less than half a fringe, and alone are not clear.
+    assert series.verdict[80] == "clear" and ir.fit_thickness(NM, counts(h)[80], SOAP).verdict != "clear"
+
+
+def test_the_lamp_is_learnt(thinning: tuple[Floats, Any]) -> None:
+    _, series = thinning
+    share = series.response / LAMP
+    assert np.std(share / share.mean()) < 0.02
+    assert series.response.mean() == pytest.approx(1.0)
+
+
+def test_a_burst_film_is_none(thinning: tuple[Floats, Any]) -> None:
+    h, series = thinning
+    assert set(series.verdict[h == 0.0]) == {"none"} and np.isnan(series.thickness_nm[h == 0.0]).all()
+    assert series.counts()["none"] == 5
+
+
+def test_intervals_hold_the_truth(thinning: tuple[Floats, Any]) -> None:
+    """Of some 80 intervals of 95 %: within four standard deviations, 0.10."""
+    h, series = thinning
+    part = (series.verdict == "clear") & (np.abs(series.thickness_nm - h) < 0.04 * h + 3.0)
+    low, high = series.interval_nm[part].T
+    assert ((low <= h[part]) & (h[part] <= high)).mean() > 0.85
+    wide = fit(counts(h)[:40], index_tolerance=0.01)
+    assert np.nanmedian(np.ptp(wide.interval_nm, axis=1)) > 2.0 * np.nanmedian(np.ptp(series.interval_nm[:40], axis=1))
+
+
+def test_a_series_is_kept_and_shown(thinning: tuple[Floats, Any], tmp_path: Path) -> None:
+    h, series = thinning
+    series.save(tmp_path / "x.csv")
+    lines = (tmp_path / "x.csv").read_text().splitlines()
+    assert len(lines) == h.size + 1 and lines[0].startswith("time_s,thickness_nm,low_nm,high_nm,verdict")
+    series.save(tmp_path / "x.json")
+    assert json.loads((tmp_path / "x.json").read_text())["thickness_nm"][-1] is None
+    data = series.to_xarray()
+    assert data.thickness_nm.shape == (h.size,) and float(data.time_s[2]) == 1.0
+    assert "90" in series._repr_html_() and "clear" in str(series)
+    assert series.plot().get_xlabel() == "time (s)"
+    with pytest.raises(ValueError, match="path must end"):
+        series.save(tmp_path / "x.txt")
+
+
+def test_a_reference_makes_one_thin_film_enough() -> None:
+    random = np.random.default_rng(3)
+    h = np.linspace(60.0, 50.0, 12)
+    film = np.asarray(ir.Stack(["air", ir.Layer("SiO2", h[:, None]), "Si"]).reflectance(NM))
+    dark = 300.0 + 2.0 * random.standard_normal(NM.size)
+    mirror = LAMP * np.asarray(ir.Stack.parse("air / Si").reflectance(NM)) + 300.0
+    seen = LAMP * film + 300.0 + 10.0 * random.standard_normal(film.shape)
+    series = ir.fit_series(NM, seen, "air / SiO2 ? / Si", dark=dark, reference=mirror, reference_stack="air / Si")
+    assert np.abs(series.thickness_nm - h).max() < 2.0 and set(series.verdict) == {"clear"}
+
+
+@pytest.mark.parametrize("spectra", [np.zeros((6, NM.size)), np.full((6, NM.size), 7.0), np.full((6, NM.size), np.nan)])
+def test_empty_series_are_none(spectra: Floats) -> None:
+    series = fit(spectra)
+    assert set(series.verdict) == {"none"} and np.isnan(series.thickness_nm).all()
+
+
+@pytest.mark.slow
+def test_noise_and_a_lamp_alone_are_never_clear() -> None:
+    random = np.random.default_rng(5)
+    for spectra in (random.standard_normal((4, NM.size)), LAMP + 30.0 * random.standard_normal((4, NM.size))):
+        assert "clear" not in set(fit(spectra, thickness_range_nm=(1.0, 1200.0)).verdict)
+
+
+@pytest.mark.slow
+def test_a_series_that_is_short_and_still_begins_with_spectra_alone() -> None:
+    h = np.linspace(1200.0, 1150.0, 6)
+    series = fit(counts(h))
+    assert series.learnt and np.abs(series.thickness_nm - h).max() < 5.0
+
+
+def test_files(tmp_path: Path, iridesce: Run) -> None:
+    h = np.linspace(1200.0, 1150.0, 6)
+    names = []
+    calibrated = ir.Stack(["air", ir.Layer("soap", h[:, None]), "air"]).reflectance(NM)
+    for place, row in enumerate(calibrated + 1e-3 * np.random.default_rng(1).standard_normal(calibrated.shape)):
+        names.append(f"s{place}.csv")
+        (tmp_path / names[-1]).write_text("".join(f"{a:.1f},{b:.6f}\n" for a, b in zip(NM, row, strict=True)))
+    series = ir.fit_series(None, [tmp_path / name for name in names], SOAP, gain=1.0)
+    assert np.abs(series.thickness_nm - h).max() < 5.0
+    told = iridesce("fit", *names, "--series", "--stack", SOAP, "--gain", "1", "--json", "-o", "x.csv")
+    assert told.returncode == 0
+    answer = json.loads(told.stdout)
+    assert [round(row["thickness_nm"]) for row in answer["spectra"]] == [round(one) for one in series.thickness_nm]
+    assert answer["spectra"][2]["file"] == "s2.csv" and (tmp_path / "x.csv").exists()
+    (tmp_path / "short.csv").write_text("".join(f"{a:.1f},1\n" for a in NM[5:]))
+    failed = iridesce("fit", *names, "short.csv", "--series", "--stack", SOAP)
+    assert failed.returncode == 3 and "short.csv" in failed.stderr
+    assert iridesce("fit", *names, "--series", "--index", "constant", "--stack", SOAP).returncode == 2
+
+
+@pytest.mark.parametrize(
+    ("how", "words"),
+    [
+        ({"spectra": [[1.0, 2.0], [1.0]]}, "one length"),
+        ({"spectra": np.ones(NM.size)}, "shape"),
+        ({"time_s": [0.0]}, "one time a spectrum"),
+        ({"time_s": [0.0, 0.0, 1.0, 2.0]}, "ascending"),
+        ({"dark": NM}, "go with a reference"),
+        ({"reference": 0.0 * NM}, "above the dark"),
+        ({"gain": 0.0}, "gain must be"),
+        ({"thickness_range_nm": (10.0, 1.0)}, "thickness_range_nm must be"),
+        ({"stack": "air / SiO2 ? / SiO2 ? / Si"}, "one unknown thickness"),
+        ({"stack": "air / soap 300 incoherent / air", "layer": 1}, "incoherent"),
+        ({"wavelength_nm": None, "spectra": "x.csv"}, "list of paths"),
+    ],
+)
+def test_bad_input(how: dict[str, Any], words: str) -> None:
+    given: dict[str, Any] = {"wavelength_nm": NM, "spectra": counts(np.linspace(500.0, 510.0, 4)), "stack": SOAP, **how}
+    with pytest.raises(ValueError, match=words):
+        ir.fit_series(given.pop("wavelength_nm"), given.pop("spectra"), given.pop("stack"), **given)
