@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines b
     from iridesce.notebooks import widget as widget
     from iridesce.optics.medium import Medium as Medium
     from iridesce.optics.medium import media as media
+    from iridesce.rendering import merge as merge
     from iridesce.rendering import render as render
     from iridesce.scene import Scene as Scene
     from iridesce.stack import Layer as Layer
@@ -54,6 +55,7 @@ _HOME = {
     "ColorTable": "color.color_table",
     "Image": "image",
     "ReadReport": "files.report",
+    "merge": "rendering",
     "render": "rendering",
     "export": "exchange",
     "validate": "exchange",

@@ -13,16 +13,28 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce import _core
+from iridesce._picture_files import (
+    HANDEDNESS_FACTS,
+    LAYOUT_FACTS,
+    file_planes,
+    metadata_of_file,
+    planes_of_file,
+    xyz_of_file,
+)
 from iridesce.arguments.scalars import file_name, one_of
+from iridesce.files.whole import read_whole
 
 __all__ = ["Image", "check_output"]
 
 _Floats = npt.NDArray[np.float32]
+_Planes = dict[str, npt.NDArray[Any]]
 
 _EXTENSIONS = (".png", ".exr")
 _SPACES = ("srgb", "display-p3", "rec2020")
 _GAMUTS = ("hue", "clip")
 _MAX_STOPS = 64.0
+# Largest file that is read.
+_MOST_BYTES = 16 << 30
 
 
 class Image:
@@ -69,20 +81,54 @@ class Image:
             else _plane("thickness_nm", thickness_nm, size, None),
             "normal": np.zeros((*size, 3), np.float32) if normal is None else _plane("normal", normal, size, 3),
         }
-        self._set(xyz_, planes, dict(metadata or {}))
+        self._set(xyz_, planes, {}, dict(metadata or {}))
 
     @classmethod
-    def _of_render(cls, xyz: _Floats, planes: dict[str, _Floats], facts: dict[str, Any]) -> Image:
+    def _of_render(cls, xyz: _Floats, planes: _Planes, spectral: _Planes, facts: dict[str, Any]) -> Image:
         """Takes over the arrays of a finished render without a copy."""
         image = cls.__new__(cls)
-        image._set(xyz, planes, facts)
+        image._set(xyz, planes, spectral, facts)
         return image
 
-    def _set(self, xyz: _Floats, planes: dict[str, _Floats], facts: dict[str, Any]) -> None:
-        for array in (xyz, *planes.values()):
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Image:
+        """Reads a picture from an OpenEXR file: of one that :meth:`save` wrote every plane and what is known of how it was made.
+
+        path       ``.exr``
+        Returns    an Image; of files of other programs the colours (R, G, B by the primaries they state, else Rec.709; or Y),
+                   and those planes that are called as ours
+        Raises     ValueError for another ending, and for what cannot be read as such a picture, naming the file
+
+        ``metadata`` has no ``seconds`` and ``threads`` then: files do not hold them. Half floats come back as float32.
+
+        >>> import pathlib, tempfile, iridesce as ir
+        >>> image = ir.render("soap-bubble", samples=1, size=(8, 6))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = pathlib.Path(folder, "bubble.exr")
+        ...     image.save(file)
+        ...     again = ir.Image.load(file)
+        >>> bool((again.xyz == image.xyz).all()), again.scene == image.scene, again.metadata["samples"]
+        (True, True, 1)
+        """
+        name = file_name(path, (".exr",))
+        content = read_whole(name, _MOST_BYTES, "no picture is")
+        try:
+            channels, facts, corners = _core.load_exr(content)
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from None
+        xyz = xyz_of_file(channels, corners, name)
+        planes, spectral = planes_of_file(channels, (xyz.shape[0], xyz.shape[1]))
+        first = [planes.pop(key, None) for key in ("depth", "thickness_nm", "normal")]
+        whole = cls(xyz, depth=first[0], thickness_nm=first[1], normal=first[2])
+        whole._set(whole._xyz, {**whole._planes, **planes}, spectral, metadata_of_file(facts, name))
+        return whole
+
+    def _set(self, xyz: _Floats, planes: _Planes, spectral: _Planes, facts: dict[str, Any]) -> None:
+        for array in (xyz, *planes.values(), *spectral.values()):
             array.flags.writeable = False
         self._xyz = xyz
         self._planes = planes
+        self._spectral = spectral
         self._facts = facts
         self._developed: dict[str, Any] | None = None
 
@@ -96,14 +142,64 @@ class Image:
         return self._xyz
 
     @property
-    def channels(self) -> dict[str, _Floats]:
-        """Planes of the first surface that the middle of each pixel meets, float32, read-only.
+    def channels(self) -> _Planes:
+        """Planes beside the colours, read-only: float32, or int32 where they count.
 
-        ``"depth"``          distance along the ray, scene units, inf where there is no surface      (height, width)
-        ``"thickness_nm"``   film thickness, NaN off films                                           (height, width)
-        ``"normal"``         unit normal, world axes, zero where there is no surface                 (height, width, 3)
+        Of what the middle of each pixel meets first:
+
+        ``"depth"``               distance along the ray, scene units, inf where there is no surface      (height, width)
+        ``"thickness_nm"``        thickness of the first film, behind clear faces too, or of a coating's first layer; NaN off
+                                  them                                                                    (height, width)
+        ``"path_difference_nm"``  optical path difference 2 n t cos(theta) of the two faces of that film or layer at 560 nm,
+                                  theta within it: the number that names a colour's order; NaN off films  (height, width)
+        ``"normal"``              unit normal, world axes, zero where there is no surface                 (height, width, 3)
+        ``"object"``              place of the object in the scene's list, -1 for none; int32             (height, width)
+
+        Of the samples, in renders:
+
+        ``"variance"``            variance of the pixel's mean Y: what another seed would give is off by about its root. That
+                                  samples are spread evenly is counted in. NaN after a single sample      (height, width)
+        ``"samples"``             camera rays of the pixel, 0 outside the tiles of a shard; int32         (height, width)
+        ``"alpha"``               of scenes without backdrop: 1 - the mean transmittance along the unbent straight way to the
+                                  environment; colours are premultiplied                                  (height, width)
         """
         return dict(self._planes)
+
+    @property
+    def stokes(self) -> _Floats | None:
+        """Stokes vectors S0..S3 of X, Y and Z, float32, (height, width, 3, 4), before any polariser; None if not asked for.
+
+        S1 > 0 is light that swings along the camera's upright, S2 > 0 at 45 degrees from it, clockwise in the picture; the
+        sign of S3 is that of V in docs/reference/theory.md, section 5.
+        """
+        return self._spectral.get("stokes")
+
+    @property
+    def spectra(self) -> _Floats | None:
+        """Spectral radiance at :attr:`spectral_nm`, float32, (height, width, wavelengths); None if not asked for.
+
+        On the scale where grey 1.0 is the relative D65 spectrum with 1 at 560 nm. Where lines shine it is the mean over the
+        band halfway to the neighbours (their power over its width), else the value at the wavelength.
+        """
+        return self._spectral.get("spectra")
+
+    @property
+    def spectral_nm(self) -> npt.NDArray[np.float64] | None:
+        """Vacuum wavelengths of :attr:`spectra`, nm, (wavelengths,); None if not asked for."""
+        return self._spectral.get("spectral_nm")
+
+    @property
+    def spectral_stokes(self) -> _Floats | None:
+        """Stokes vectors S0..S3 at each wavelength, float32, (height, width, wavelengths, 4); None unless both spectra and
+        Stokes vectors were asked for. S0 is :attr:`spectra`."""
+        return self._spectral.get("spectral_stokes")
+
+    @property
+    def scene(self) -> dict[str, Any] | None:
+        """The scene that was rendered, as the dict of ``metadata["scene"]``: ``ir.render(image.scene)`` repeats it. None of
+        pictures that know of none."""
+        scene = self._facts.get("scene")
+        return dict(scene) if isinstance(scene, dict) else None
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -127,7 +223,8 @@ class Image:
         Of a render: ``samples``, ``seed``, ``seconds`` (wall time of the rendering), ``threads``, ``backend``, ``simd``
         (the instruction set: the same bytes are promised for the same one), ``version``, and ``scene``, the whole scene
         as a dict with these samples, seed and size, so that ``ir.render(image.metadata["scene"])`` repeats it (file names
-        in it are as the scene had them, relative to its folder).
+        in it are as the scene had them, relative to its folder); ``crop``, ``shard`` and ``merged`` of parts of a picture and
+        of what was put together.
 
         Of the latest ``rgb()`` or ``save()`` of a PNG, or before the first of them what ``save("x.png")`` would do:
         ``exposure`` (stops), ``space``, ``gamut``, ``out_of_gamut`` (share of pixels, 0 to 1, that the space could not hold
@@ -171,17 +268,23 @@ class Image:
         space: str = "srgb",
         gamut: str = "hue",
         bits: int = 8,
+        half: bool = False,
     ) -> None:
         """Writes the picture: a whole file or none. What was at ``path`` stays until the new file is complete.
 
-        path       ``.png``: developed as :meth:`rgb` does, tagged with its colour space, the render's facts as text.
+        path       ``.png``: developed as :meth:`rgb` does, tagged with its colour space, the render's facts as text. With a
+                   plane ``alpha`` the file has it too, and colours are divided by it, as the format asks.
                    ``.exr``: everything in float32, linear, no exposure and no mapping: ``R G B`` (linear Rec.709),
-                   ``XYZ.X XYZ.Y XYZ.Z``, ``depth.Z``, ``thickness_nm``, ``normal.X normal.Y normal.Z``, and the facts as
+                   ``XYZ.X XYZ.Y XYZ.Z``, the other planes under their own names (``depth.Z``, ``normal.X normal.Y normal.Z``,
+                   ``A`` for alpha, ``stokes.X.0`` .. ``stokes.Z.3``, ``S0.550,00nm`` and so on), and the facts as
                    attributes; ``exposure``, ``space``, ``gamut`` and ``bits`` have no bearing on it
         exposure   as in :meth:`rgb`
         space      as in :meth:`rgb`
         gamut      as in :meth:`rgb`
-        bits       of a PNG channel, 8 or 16
+        bits       of a PNG channel, 8 or 16. 8 bits are dithered by a fixed pattern below one step, so that slow gradients
+                   show no bands
+        half       colours, spectra, normals and alpha of an EXR in half floats: three digits, at most 65504 (what is brighter
+                   is stored as that). Lengths, variances and counts stay as they are
         Raises     ValueError for a wrong argument or an extension other than these;
                    OSError (FileNotFoundError, PermissionError, ...) naming the file where it cannot be written
 
@@ -201,11 +304,17 @@ class Image:
             raise ValueError(f"bits must be 8 or 16, got {bits!r}")
         stops = self._stops(exposure)
         if name.lower().endswith(".exr"):
-            planes = (self._planes["depth"], self._planes["thickness_nm"], self._planes["normal"])
-            _core.save_exr(name, self._xyz, *planes, self._file_facts())
+            facts = self._file_facts()
+            if "spectra" in self._spectral:
+                facts += list(LAYOUT_FACTS.items())
+            if "stokes" in self._spectral or "spectral_stokes" in self._spectral:
+                facts += list(HANDEDNESS_FACTS.items())
+            _core.save_exr(name, self._xyz, bool(half), file_planes(self._planes, self._spectral, bool(half)), facts)
             return
         _core.check_output(name)
-        rgb = self._develop(space, stops, gamut)
+        rgb = self._develop(space, stops, gamut, self._undivided())
+        if "alpha" in self._planes:
+            rgb = np.concatenate([rgb, np.clip(self._planes["alpha"], 0.0, 1.0)[..., None]], axis=-1)
         developed = self._developed or {}
         _core.save_png(name, rgb, int(bits), space, self._file_facts() + list(developed.items()))
 
@@ -243,8 +352,17 @@ class Image:
             raise ValueError(f"exposure must be {allowed}, got {exposure!r}")
         return stops
 
-    def _develop(self, space: str, stops: float, gamut: str) -> _Floats:
-        rgb, out_of_gamut, overexposed = _core.develop_image(self._xyz, space, stops, gamut)
+    def _undivided(self) -> _Floats:
+        """The colours of what covers the pixels, whatever shines through."""
+        alpha = self._planes.get("alpha")
+        if alpha is None:
+            return self._xyz
+        # What hardly covers anything has no colour of its own to speak of: light that it mirrors would be any number.
+        return np.divide(self._xyz, alpha[..., None], out=np.zeros_like(self._xyz), where=alpha[..., None] > 1e-6)
+
+    def _develop(self, space: str, stops: float, gamut: str, xyz: _Floats | None = None) -> _Floats:
+        xyz = self._xyz if xyz is None else xyz
+        rgb, out_of_gamut, overexposed = _core.develop_image(xyz, space, stops, gamut)
         self._developed = {
             "exposure": stops,
             "space": space,
@@ -262,6 +380,12 @@ class Image:
                 value = self._facts[key]
                 # A seed has 64 bits, more than the integers of an EXR attribute.
                 facts.append((key, str(value) if key == "seed" else value))
+        if "crop" in self._facts:
+            facts.append(("crop", " ".join(str(number) for number in self._facts["crop"])))
+        if "shard" in self._facts:
+            facts.append(("shard", self._facts["shard"]))
+        if "merged" in self._facts:
+            facts.append(("merged", json.dumps(self._facts["merged"])))
         if "scene" in self._facts:
             # ASCII: EXR attributes hold nothing else.
             facts.append(("scene", json.dumps(self._facts["scene"], allow_nan=False, default=_plain)))

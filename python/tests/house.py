@@ -53,8 +53,8 @@ MODULE_ORDER: dict[str, list[str]] = {
 # face: the names that `import iridesce` offers.
 PACKAGE_ORDER = [
     *("_core", "_moved", "errors", "_progress", "_notebook", "arguments", "files"),
-    *("optics", "image", "color", "stack", "thickness", "scene", "rendering", "plot", "inverse", "exchange"),
-    "sweeping",
+    *("optics", "_picture_files", "image", "color", "stack", "thickness", "scene", "rendering"),
+    *("plot", "inverse", "exchange", "sweeping"),
     *("page", "notebooks"),
     *("iridesce", "cli", "__main__"),
 ]

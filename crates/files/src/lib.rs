@@ -13,6 +13,7 @@ mod icc_in;
 mod index;
 mod input;
 mod jcamp;
+mod journal;
 mod lamp;
 mod limits;
 mod orient;
@@ -33,12 +34,13 @@ pub use environment::{
 };
 pub use error::{FileError, Stop};
 pub use exr::open_exr;
-pub use exr::{Channel, OpenExr, Planes, Table, read_tables, write_exr, write_tables};
+pub use exr::{Channel, OpenExr, Picture, Plane, Table, Values, read_tables, write_exr, write_tables};
 pub use facts::{Fact, Facts};
 pub use grid::{
     Grid, MAX_GRID_BYTES, MapChoice, decode as read_grid, decode_thickness, read_thickness_map, thickness_exr,
 };
 pub use index::read_medium;
+pub use journal::{Journal, Record};
 pub use lamp::{MAX_LAMP_BYTES, read_lamp};
 pub use limits::check_size;
 pub use photograph::{MAX_PHOTOGRAPH_BYTES, Photograph, read_photograph};

@@ -124,6 +124,7 @@ impl From<RenderError> for Error {
             RenderError::Scene { message, key } => SceneError::new(message).at(key, None).into(),
             // Who stopped it has an exception of his own, which is raised instead.
             RenderError::Cancelled => Error(PyRuntimeError::new_err(message)),
+            RenderError::File(error) => error.into(),
             _ => Error::value(message),
         }
     }

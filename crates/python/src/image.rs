@@ -2,11 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use iridesce::files::{self, BitDepth, Fact, OutputSpace, Planes};
+use iridesce::files::{self, BitDepth, Fact, OutputSpace, Picture, Plane, Values};
 use iridesce::optics::color::gamut::Mapping;
 use iridesce::render::image::{self, Development};
-use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
+use numpy::{
+    PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3, PyReadonlyArrayDyn,
+    PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::error::{Error, Result};
 use crate::interrupt::{Long, beside, released};
@@ -18,6 +22,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(save_png, module)?)?;
     module.add_function(wrap_pyfunction!(png_bytes, module)?)?;
     module.add_function(wrap_pyfunction!(save_exr, module)?)?;
+    module.add_function(wrap_pyfunction!(load_exr, module)?)?;
     module.add_function(wrap_pyfunction!(check_output, module)?)?;
     module.add_function(wrap_pyfunction!(write_file, module)?)
 }
@@ -102,28 +107,66 @@ fn png_bytes(py: Python<'_>, rgb: PyReadonlyArray3<'_, f32>, space: &str) -> Res
     Ok(beside(py, Long::default(), |_| files::png_bytes(width, height, values, space))??)
 }
 
+/// A plane: the names of its channels, its numbers, and whether floats are to be halves.
+#[derive(FromPyObject)]
+struct PyPlane<'py>(Vec<String>, PyValues<'py>, bool);
+
+#[derive(FromPyObject)]
+enum PyValues<'py> {
+    Single(PyReadonlyArrayDyn<'py, f32>),
+    Whole(PyReadonlyArrayDyn<'py, u32>),
+}
+
 #[pyfunction]
 fn save_exr(
     py: Python<'_>,
     path: PathBuf,
     xyz: PyReadonlyArray3<'_, f32>,
-    depth: PyReadonlyArray2<'_, f32>,
-    thickness_nm: PyReadonlyArray2<'_, f32>,
-    normal: PyReadonlyArray3<'_, f32>,
+    is_half: bool,
+    planes: Vec<PyPlane<'_>>,
     facts_: Vec<(String, PyFact)>,
 ) -> Result<()> {
     let (width, height) = sides(xyz.shape())?;
-    let planes = Planes {
-        width,
-        height,
-        xyz: xyz.as_slice()?,
-        depth: depth.as_slice()?,
-        thickness_nm: thickness_nm.as_slice()?,
-        normal: normal.as_slice()?,
-    };
+    let mut borrowed = Vec::new();
+    for PyPlane(channels, values, is_half) in &planes {
+        let values = match values {
+            PyValues::Single(values) if *is_half => Values::Half(values.as_slice()?),
+            PyValues::Single(values) => Values::Single(values.as_slice()?),
+            PyValues::Whole(values) => Values::Whole(values.as_slice()?),
+        };
+        borrowed.push(Plane { channels: channels.clone(), values });
+    }
+    let picture = Picture { width, height, xyz: xyz.as_slice()?, is_half, planes: borrowed };
     let facts = facts(facts_);
-    beside(py, Long::default(), |watch| files::write_exr(&path, &planes, &facts, &|| watch.is_stopped()))??;
+    beside(py, Long::default(), |watch| files::write_exr(&path, &picture, &facts, &|| watch.is_stopped()))??;
     Ok(())
+}
+
+type PyRead<'py> = (Vec<(String, Bound<'py, PyArray2<f32>>, bool)>, Bound<'py, PyDict>, Option<[f32; 8]>);
+
+/// Every channel of the first part of an OpenEXR file (name, values, whether they are whole numbers), its words and numbers,
+/// and x, y of its primaries and white.
+#[pyfunction]
+fn load_exr<'py>(py: Python<'py>, bytes: &[u8]) -> Result<PyRead<'py>> {
+    let read = beside(py, Long::default(), |watch| files::open_exr(bytes, watch))?.map_err(Error::value)?;
+    let mut channels = Vec::new();
+    for channel in read.channels.into_iter().filter(|channel| channel.part == 0) {
+        let values = PyArray1::from_vec(py, channel.values).reshape([channel.height, channel.width])?;
+        channels.push((channel.short, values, channel.is_whole));
+    }
+    let facts = PyDict::new(py);
+    for (name, fact) in read.facts {
+        match fact {
+            Fact::Text(words) => facts.set_item(name, words)?,
+            Fact::Integer(value) => facts.set_item(name, value)?,
+            Fact::Number(value) => facts.set_item(name, value)?,
+        }
+    }
+    let corners = read.chromaticities.map(|c| {
+        let [red, green, blue, white] = [c.red, c.green, c.blue, c.white];
+        [red.0, red.1, green.0, green.1, blue.0, blue.1, white.0, white.1]
+    });
+    Ok((channels, facts, corners))
 }
 
 /// Raises what saving to this path would raise.

@@ -1,55 +1,115 @@
 //! Bindings of the render stage.
 
-use iridesce::render::{Framebuffer, RenderError, RenderOptions, check, simd_level};
+use std::path::PathBuf;
+
+use iridesce::files::Journal;
+use iridesce::render::{
+    Framebuffer, KeepOptions, Rect, RenderError, RenderOptions, Shard, TILE_SIDE, check, simd_level, tiles,
+};
 use iridesce::scene::{Scene as CoreScene, SceneError, resolve};
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
+use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::error::{Error, Result};
-use crate::interrupt::{Long, beside};
+use crate::interrupt::{Long, beside, released};
 use crate::scene::Scene;
 
 /// Adds this stage's names to `_core`.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("SIMD_LEVEL", simd_level())?;
     module.add("MAX_SAMPLES", RenderOptions::MAX_SAMPLES)?;
-    module.add_function(wrap_pyfunction!(render_scene, module)?)
+    module.add("MOST_SHARDS", Shard::MOST)?;
+    module.add("TILE_SIDE", TILE_SIDE)?;
+    module.add_function(wrap_pyfunction!(render_scene, module)?)?;
+    module.add_function(wrap_pyfunction!(journal_head, module)?)?;
+    module.add_function(wrap_pyfunction!(render_tiles, module)?)
 }
 
-type Planes4<'py> = (
-    Bound<'py, PyArray3<f32>>,
-    Bound<'py, PyArray2<f32>>,
-    Bound<'py, PyArray2<f32>>,
-    Bound<'py, PyArray3<f32>>,
-    (u32, u64, f64, String, usize),
-);
-
-/// `(xyz, depth, thickness_nm, normal, (samples, seed, seconds, simd, threads))`.
-#[pyfunction]
-fn render_scene<'py>(
-    py: Python<'py>,
-    scene: PyRef<'py, Scene>,
+/// What a render is asked for, beside the scene.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Asked {
     samples: Option<u32>,
     seed: Option<u64>,
     size: Option<[u32; 2]>,
     threads: Option<usize>,
+    crop: Option<[u32; 4]>,
+    until: Option<f64>,
+    time_s: Option<f64>,
+    shard: Option<[u32; 2]>,
+    keep: Option<Keep>,
+}
+
+/// A journal: path, which render it is, seconds before it begins, and whether what it holds is taken over.
+#[derive(FromPyObject)]
+struct Keep(PathBuf, Vec<u8>, f64, bool);
+
+type Rendered<'py> = (Bound<'py, PyArray3<f32>>, Bound<'py, PyDict>, (u32, u64, f64, String, usize));
+
+/// `(xyz, planes, (samples, seed, seconds, simd, threads))`.
+#[pyfunction]
+fn render_scene<'py>(
+    py: Python<'py>,
+    scene: PyRef<'py, Scene>,
+    asked: Asked,
     progress: Option<Py<PyAny>>,
-) -> Result<Planes4<'py>> {
+) -> Result<Rendered<'py>> {
+    let Asked { samples, seed, size, threads, crop, until, time_s, shard, keep } = asked;
     // The threads are those of the pool that it runs in.
-    let options = RenderOptions { samples, seed, size, threads: None };
+    let options = RenderOptions {
+        samples,
+        seed,
+        size,
+        threads: None,
+        crop: crop.map(|[x, y, width, height]| Rect { x, y, width, height }),
+        until,
+        time_s,
+        shard: shard.map(|[number, of]| Shard { number, of }),
+    };
+    let keep = keep.map(|Keep(path, head, after_s, resume)| KeepOptions { path, head, after_s, resume });
     let (recipe, context) = (scene.inner.clone(), scene.context.clone());
     let rendered = beside(py, Long { progress, threads }, |watch| -> Result<Framebuffer> {
         // What cannot be rendered is told before any film flows.
         check(&recipe, &options).map_err(|error| in_scene(&recipe, error))?;
         let resolved = resolve(&recipe, &context, watch)?;
-        iridesce::render::render(&resolved, &options, watch).map_err(|error| in_scene(&recipe, error))
+        iridesce::render::render(&resolved, &options, keep.as_ref(), watch).map_err(|error| in_scene(&recipe, error))
     })?;
-    let Framebuffer { width, height, xyz, depth, thickness_nm, normal, info } = rendered?;
-    let (rows, columns) = (height as usize, width as usize);
+    let frame = rendered?;
+    let (rows, columns) = (frame.height as usize, frame.width as usize);
     let plane = |values: Vec<f32>| PyArray1::from_vec(py, values).reshape([rows, columns]);
+    let whole = |values: Vec<i32>| PyArray1::from_vec(py, values).reshape([rows, columns]);
     let triple = |values: Vec<f32>| PyArray1::from_vec(py, values).reshape([rows, columns, 3]);
-    let info = (info.samples, info.seed, info.seconds, info.simd, info.threads);
-    Ok((triple(xyz)?, plane(depth)?, plane(thickness_nm)?, triple(normal)?, info))
+    let planes = PyDict::new(py);
+    planes.set_item("depth", plane(frame.depth)?)?;
+    planes.set_item("thickness_nm", plane(frame.thickness_nm)?)?;
+    planes.set_item("path_difference_nm", plane(frame.path_difference_nm)?)?;
+    planes.set_item("normal", triple(frame.normal)?)?;
+    planes.set_item("object", whole(frame.object)?)?;
+    planes.set_item("variance", plane(frame.variance)?)?;
+    planes.set_item("samples", whole(frame.samples)?)?;
+    if let Some(alpha) = frame.alpha {
+        planes.set_item("alpha", plane(alpha)?)?;
+    }
+    let info = frame.info;
+    Ok((triple(frame.xyz)?, planes, (info.samples, info.seed, info.seconds, info.simd, info.threads)))
+}
+
+/// Which render the journal of that name is of, in the words that were given to it; `None` where there is none.
+#[pyfunction]
+fn journal_head<'py>(py: Python<'py>, path: PathBuf) -> Result<Option<Bound<'py, PyBytes>>> {
+    let read = released(py, || Journal::read(&path))?;
+    Ok(read.map(|(head, _)| PyBytes::new(py, &head)))
+}
+
+/// `(x, y, width, height)` of each tile of a picture of this size, in the order by which shards take them.
+#[pyfunction]
+fn render_tiles(size: [u32; 2]) -> Vec<[u32; 4]> {
+    let [width, height] = size;
+    tiles(Rect { x: 0, y: 0, width, height })
+        .into_iter()
+        .map(|tile| [tile.x, tile.y, tile.width, tile.height])
+        .collect()
 }
 
 /// An error of a render; what is wrong with the scene is told with the scene's file.

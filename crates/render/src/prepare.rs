@@ -16,12 +16,18 @@ use crate::geometry::{Geometry, Shape};
 use crate::lights::{EnvironmentLight, Lights};
 use crate::medium_stack::{Media, MediumStack, indices, visible};
 use crate::spectral::{Bands, FROM_NM, LEAST_NODES, MAX_NODES, Nodes, TO_NM, node_count, resolved_nm};
+use crate::tiles::Rect;
+
+/// Where the path difference of the film that a pixel shows is told, nm: the middle of what eyes see.
+pub const SHOWN_NM: f64 = 560.0;
 
 /// A scene ready to render.
 pub struct Prepared {
     pub camera: RayCamera,
-    pub width: u32,
-    pub height: u32,
+    /// The part of the picture that is drawn.
+    pub part: Rect,
+    /// The picture has a plane of what its backdrop would shine through.
+    pub has_alpha: bool,
     pub samples: u32,
     pub seed: u64,
     pub max_depth: u32,
@@ -35,6 +41,8 @@ pub struct Prepared {
     /// Names of objects, for messages.
     pub names: Vec<String>,
     pub media: Media,
+    /// Their indices at [`SHOWN_NM`].
+    pub shown_indices: Vec<f64>,
     /// What the camera is within.
     camera_media: MediumStack,
     /// Its rays start at different places, which may lie within different media.
@@ -61,6 +69,8 @@ pub struct LayerSurface {
     thickness: ThicknessField,
     /// Largest 2 n over the visible range: optical path difference per thickness.
     path_per_nm: f64,
+    /// n at [`SHOWN_NM`].
+    pub shown_index: f64,
 }
 
 impl LayerSurface {
@@ -78,7 +88,7 @@ impl LayerSurface {
 
     fn new(thickness: &ThicknessField, medium: &Medium) -> Result<LayerSurface, OpticsError> {
         let most = indices(medium, visible())?.iter().fold(0.0_f64, |most, n| most.max(n.re));
-        Ok(LayerSurface { thickness: thickness.clone(), path_per_nm: 2.0 * most })
+        Ok(LayerSurface { thickness: thickness.clone(), path_per_nm: 2.0 * most, shown_index: shown_index(medium)? })
     }
 
     fn longest_path_nm(&self) -> f64 {
@@ -185,8 +195,8 @@ impl Prepared {
         let has_media = materials.list.iter().any(|material| matches!(material, Material::Coating(_)));
         Ok(Prepared {
             camera,
-            width,
-            height,
+            part: options.part([width, height]),
+            has_alpha: false,
             samples: options.samples.unwrap_or(scene.render.samples),
             seed: options.seed.unwrap_or(scene.render.seed),
             max_depth: scene.render.max_depth,
@@ -196,6 +206,7 @@ impl Prepared {
             geometry,
             expected_shares: materials.list.iter().map(|own| own.expected_share(&materials.diffuse)).collect(),
             names: scene.objects.iter().map(|object| object.name.clone()).collect(),
+            shown_indices: media.list().iter().map(shown_index).collect::<Result<_, _>>()?,
             media,
             materials: materials.list,
             levels,
@@ -259,6 +270,10 @@ fn materials<'a>(scene: &'a ResolvedScene, media: &mut Media) -> Result<Material
         all.list.push(material);
     }
     Ok(all)
+}
+
+fn shown_index(medium: &Medium) -> Result<f64, OpticsError> {
+    Ok(indices(medium, std::iter::once(SHOWN_NM))?[0].re)
 }
 
 fn number_of(media: &mut Media, medium: &Medium) -> Result<u8, RenderError> {

@@ -5,7 +5,7 @@ use iridesce_numerics::Vec3;
 use crate::camera::Ray;
 use crate::coating::IndexTable;
 use crate::geometry::Hit;
-use crate::prepare::{Material, Prepared};
+use crate::prepare::{LayerSurface, Material, Prepared};
 
 /// Most clear surfaces through which a film is looked for.
 const CLEAR_SURFACES: usize = 8;
@@ -30,18 +30,39 @@ pub fn refracted_direction(
     (cosine2 > 0.0).then(|| (direction * ratio + facing * (ratio * cos_theta - cosine2.sqrt())).normalized())
 }
 
-/// The thickness in nm that a camera ray shows: of the first free film that it comes to, straight through clear surfaces;
-/// without one, of the outermost layer of the first coating.
-pub fn shown_thickness_nm(scene: &Prepared, ray: Ray, first: Hit) -> Option<f64> {
+/// The film, or the layer, that a camera ray shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shown {
+    pub thickness_nm: f64,
+    /// Optical path difference 2 n t cos(theta) in it, theta within it, at [`crate::prepare::SHOWN_NM`], nm; 0 where light
+    /// of that wavelength does not enter it.
+    pub path_difference_nm: f64,
+}
+
+impl Shown {
+    /// `outer`: index of the medium that the ray comes from, which meets the layer at `cos_theta`.
+    fn new(layer: &LayerSurface, point: Vec3, outer: f64, cos_theta: f64) -> Shown {
+        let thickness_nm = layer.thickness_nm(point);
+        let kz2 = layer.shown_index.powi(2) - outer * outer * (1.0 - cos_theta * cos_theta).max(0.0);
+        Shown { thickness_nm, path_difference_nm: 2.0 * thickness_nm * kz2.max(0.0).sqrt() }
+    }
+}
+
+/// What a camera ray shows: the first free film that it comes to, straight through clear surfaces; without one, the outermost
+/// layer of the first coating.
+pub fn shown(scene: &Prepared, ray: Ray, first: Hit) -> Option<Shown> {
     let spectra = &scene.levels[0];
     let (mut ray, mut hit, mut medium, mut outermost) = (ray, first, scene.enclosing_media(&ray), None);
     for _ in 0..CLEAR_SURFACES {
+        let cos_theta = ray.direction.dot(hit.normal).abs().min(1.0);
+        let outer = scene.shown_indices[usize::from(medium.innermost())];
+        let seen = |layer: &LayerSurface| Shown::new(layer, hit.point, outer, cos_theta);
         let coating = match &scene.materials[hit.object] {
-            Material::Film(film) => return Some(film.layer.thickness_nm(hit.point)),
+            Material::Film(film) => return Some(seen(&film.layer)),
             Material::Coating(coating) => coating,
             Material::Diffuse { .. } | Material::Emitter(_) => break,
         };
-        outermost = outermost.or_else(|| coating.layers.first().map(|layer| layer.thickness_nm(hit.point)));
+        outermost = outermost.or_else(|| coating.layers.first().map(seen));
         if coating.is_opaque {
             break;
         }

@@ -1,40 +1,69 @@
-//! The whole picture: rows on all cores, one SIMD dispatch a row, the same bytes for any number of threads.
+//! The whole picture: tiles on all cores, one SIMD dispatch a tile, the same bytes for any number of threads.
 
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, dispatch};
 use iridesce_numerics::{Watch, simd};
 use iridesce_scene::{ResolvedScene, Scene};
 use rayon::prelude::*;
 
-use crate::failure::{PathFailure, describe};
-use crate::framebuffer::{Framebuffer, RenderError, RenderInfo, RenderOptions};
-use crate::integrator::Tracer;
+use crate::framebuffer::{Framebuffer, KeepOptions, RenderError, RenderInfo, RenderOptions};
+use crate::keep::Keeper;
+use crate::passes::{self, draw_passes};
 use crate::prepare::Prepared;
-use crate::refraction::shown_thickness_nm;
-use crate::sampler::PixelSampler;
+use crate::tile_sums::TileSums;
+use crate::tiles::{Rect, Shard, tiles};
+use crate::variance::batch_size;
 
-/// Renders a scene. Deterministic: the same scene, options and SIMD level give the same bytes for any `threads`.
+/// Renders a scene. Deterministic: the same scene, options and SIMD level give the same bytes for any `threads`, and for
+/// any number of kills and new starts with the same journal (`keep`); but where time says when it is done.
 ///
 /// Errors: [`RenderError::Argument`] for options outside their range, [`RenderError::Resource`] for pictures or
-/// films that cannot fit, [`RenderError::Optics`] for media without data in 360..830 nm, and
-/// [`RenderError::Cancelled`] within 1024 samples of the watch saying so, which hears of pixels in the stage `rendering`.
-pub fn render(scene: &ResolvedScene, options: &RenderOptions, watch: &Watch) -> Result<Framebuffer, RenderError> {
+/// films that cannot fit, [`RenderError::Optics`] for media without data in 360..830 nm, [`RenderError::File`] for a journal
+/// that cannot be read or written, and [`RenderError::Cancelled`] within 1024 samples of the watch saying so, which hears of
+/// pixels in the stage `rendering`.
+pub fn render(
+    scene: &ResolvedScene,
+    options: &RenderOptions,
+    keep: Option<&KeepOptions>,
+    watch: &Watch,
+) -> Result<Framebuffer, RenderError> {
     let level = simd::level().map_err(|error| RenderError::Argument(error.to_string()))?;
-    render_at(level, scene, options, watch)
+    render_at(level, scene, options, keep, watch)
 }
 
 /// Refuses options outside their range and pictures that cannot fit, before a scene is resolved.
 pub fn check(scene: &Scene, options: &RenderOptions) -> Result<(), RenderError> {
+    let refuse = |message: String| Err(RenderError::Argument(message));
     let samples = options.samples.unwrap_or(scene.render.samples);
     if samples == 0 || samples > RenderOptions::MAX_SAMPLES {
-        return Err(RenderError::Argument(format!(
-            "samples must be 1 to {}, got {samples}",
-            RenderOptions::MAX_SAMPLES
-        )));
+        return refuse(format!("samples must be 1 to {}, got {samples}", RenderOptions::MAX_SAMPLES));
     }
-    let [width, height] = options.size.unwrap_or(scene.camera.resolution);
-    Framebuffer::check_size(width, height)
+    let size @ [width, height] = options.size.unwrap_or(scene.camera.resolution);
+    let part = options.part(size);
+    let ends = [u64::from(part.x) + u64::from(part.width), u64::from(part.y) + u64::from(part.height)];
+    if options.crop.is_some() && (part.pixels() == 0 || ends[0] > u64::from(width) || ends[1] > u64::from(height)) {
+        return refuse(format!(
+            "crop must be (x, y, width, height) of at least one pixel within the picture of {width} x {height}, got ({}, {}, {}, {})",
+            part.x, part.y, part.width, part.height
+        ));
+    }
+    for (name, value) in [("until", options.until), ("time_s", options.time_s)] {
+        if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
+            return refuse(format!("{name} must be a positive number, got {value}"));
+        }
+    }
+    if let Some(Shard { number, of }) = options.shard {
+        if !(1..=Shard::MOST).contains(&of) || !(1..=of).contains(&number) {
+            return refuse(format!("a shard is I of N, 1 <= I <= N <= {}, got {number} of {of}", Shard::MOST));
+        }
+        if options.has_passes() {
+            return refuse("a shard has a fixed number of samples: until and time_s judge the whole picture".into());
+        }
+    }
+    let besides = if options.has_passes() { TileSums::bytes_per_pixel(passes::MOST) } else { 0 };
+    Framebuffer::check_size(part.width, part.height, besides)
 }
 
 /// [`render`] at a SIMD level of the caller's choice, which the machine must have (tests compare levels).
@@ -42,39 +71,33 @@ pub fn render_at(
     level: Level,
     scene: &ResolvedScene,
     options: &RenderOptions,
+    keep: Option<&KeepOptions>,
     watch: &Watch,
 ) -> Result<Framebuffer, RenderError> {
     check(&scene.recipe, options)?;
     match options.threads {
-        None => draw(level, scene, options, watch),
+        None => draw(level, scene, options, keep, watch),
         Some(0) => Err(RenderError::Argument("threads must be at least 1, got 0".into())),
         Some(threads) => {
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .build()
                 .map_err(|e| RenderError::Resource(format!("cannot start {threads} threads: {e}")))?;
-            pool.install(|| draw(level, scene, options, watch))
+            pool.install(|| draw(level, scene, options, keep, watch))
         }
     }
-}
-
-/// One row of every plane.
-struct Row<'a> {
-    xyz: &'a mut [f32],
-    depth: &'a mut [f32],
-    thickness_nm: &'a mut [f32],
-    normal: &'a mut [f32],
 }
 
 fn draw(
     level: Level,
     scene: &ResolvedScene,
     options: &RenderOptions,
+    keep: Option<&KeepOptions>,
     watch: &Watch,
 ) -> Result<Framebuffer, RenderError> {
     let start = Instant::now();
     let prepared = Prepared::new(scene, options)?;
-    let (width, height) = (prepared.width, prepared.height);
+    let part = prepared.part;
     let info = RenderInfo {
         samples: prepared.samples,
         seed: prepared.seed,
@@ -82,69 +105,68 @@ fn draw(
         simd: simd::name(level).to_owned(),
         threads: rayon::current_num_threads(),
     };
-    let mut frame = Framebuffer::empty(width, height, info)?;
-    let columns = width as usize;
-    watch.begin("rendering", u64::from(width) * u64::from(height));
-    (frame.xyz.par_chunks_mut(3 * columns))
-        .zip(frame.depth.par_chunks_mut(columns))
-        .zip(frame.thickness_nm.par_chunks_mut(columns))
-        .zip(frame.normal.par_chunks_mut(3 * columns))
-        .enumerate()
-        .try_for_each(|(y, (((xyz, depth), thickness_nm), normal))| {
-            let row = Row { xyz, depth, thickness_nm, normal };
-            dispatch!(level, simd => draw_row(simd, &prepared, y as u32, row, watch))?;
-            watch.add(u64::from(width));
-            Ok::<(), RenderError>(())
-        })?;
+    let mut frame = Framebuffer::empty(part.width, part.height, prepared.has_alpha, info)?;
+    let all = tiles(part);
+    let (keeper, found) = match keep {
+        None => (None, all.iter().map(|_| None).collect()),
+        Some(keep) => Keeper::new(keep, start, &all).map(|(keeper, found)| (Some(keeper), found))?,
+    };
+    let own = all.into_iter().zip(found).enumerate();
+    let own = own.filter(|(number, _)| options.shard.is_none_or(|shard| shard.has(*number)));
+    let own: Vec<(usize, Rect, Option<TileSums>)> = own.map(|(number, (tile, found))| (number, tile, found)).collect();
+    if options.has_passes() {
+        let begun = |(number, tile, found): (usize, Rect, Option<TileSums>)| {
+            (number, tile, found.unwrap_or_else(|| TileSums::new(tile)))
+        };
+        let mut own: Vec<(usize, Rect, TileSums)> = own.into_iter().map(begun).collect();
+        draw_passes(level, &prepared, options, &mut own, keeper, start, watch)?;
+        frame.info.samples = own.iter().map(|tile| tile.2.samples).max().unwrap_or(0);
+        let frame = Mutex::new(&mut frame);
+        own.into_par_iter().for_each(|(_, tile, sums)| {
+            let planes = sums.planes(&prepared, tile);
+            let mut frame = frame.lock().unwrap_or_else(PoisonError::into_inner);
+            frame.put(tile.x - part.x, tile.y - part.y, tile, &planes);
+        });
+    } else {
+        draw_once(level, &prepared, own, keeper, &mut frame, watch)?;
+    }
     frame.info.seconds = start.elapsed().as_secs_f64();
     Ok(frame)
 }
 
-#[inline(always)]
-fn draw_row<S: Simd>(simd: S, scene: &Prepared, y: u32, row: Row<'_>, watch: &Watch) -> Result<(), RenderError> {
-    // One tracer a level of spectra; most rows need the first only.
-    let mut tracers: Vec<Option<Tracer<'_>>> = scene.levels.iter().map(|_| None).collect();
-    for x in 0..scene.width {
-        let sampler = PixelSampler::new(scene.seed, u64::from(y) << 32 | u64::from(x));
-        // A pixel that shows finer fringes than its spectra resolve starts again with finer ones.
-        let mut level = 0;
-        let sum = loop {
-            let tracer = tracers[level].get_or_insert_with(|| Tracer::new(scene, level));
-            for sample in 0..scene.samples {
-                // Not once a pixel: a pixel of a million samples takes seconds.
-                if sample % 1024 == 0 && watch.is_stopped() {
-                    return Err(RenderError::Cancelled);
-                }
-                let (dx, dy) = sampler.point(sample);
-                let mut choices = sampler.choices(sample);
-                let ray = scene.camera.ray_through_lens(f64::from(x) + dx, f64::from(y) + dy, &mut choices);
-                if !tracer.trace(simd, ray, &mut choices) {
-                    break;
-                }
-            }
-            match tracer.take_xyz(simd) {
-                Ok(sum) => break sum,
-                Err(PathFailure::NeedsLevel(finer)) => level = finer,
-                Err(failure) => return Err(describe(scene, failure)),
+/// Draws each tile with all its samples; those that are found are whole already.
+fn draw_once(
+    level: Level,
+    scene: &Prepared,
+    tiles: Vec<(usize, Rect, Option<TileSums>)>,
+    keeper: Option<Keeper<'_>>,
+    frame: &mut Framebuffer,
+    watch: &Watch,
+) -> Result<(), RenderError> {
+    watch.begin("rendering", tiles.iter().map(|tile| tile.1.pixels() as u64).sum());
+    let (samples, size, part) = (scene.samples, batch_size(scene.samples), scene.part);
+    let sink = Mutex::new((frame, keeper));
+    tiles.into_par_iter().try_for_each(|(number, tile, found)| {
+        let is_new = found.is_none();
+        let sums = match found {
+            Some(sums) => sums,
+            None => {
+                let mut sums = TileSums::new(tile);
+                dispatch!(level, simd => sums.add(simd, scene, tile, [samples, size], watch))?;
+                sums.close();
+                sums
             }
         };
-        let column = x as usize;
-        for (out, sum) in row.xyz[3 * column..3 * column + 3].iter_mut().zip(sum) {
-            *out = (sum / f64::from(scene.samples)) as f32;
+        let planes = sums.planes(scene, tile);
+        let mut sink = sink.lock().unwrap_or_else(PoisonError::into_inner);
+        let (frame, keeper) = &mut *sink;
+        frame.put(tile.x - part.x, tile.y - part.y, tile, &planes);
+        if let (true, Some(keeper)) = (is_new, keeper) {
+            keeper.add(number, &sums)?;
         }
-        // The other planes hold what the ray through the pixel's centre meets first: a mean of depths is no depth.
-        let centre = scene.camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        if let Some(hit) = scene.geometry.nearest(&centre, None) {
-            row.depth[column] = hit.distance as f32;
-            if let Some(thickness_nm) = shown_thickness_nm(scene, centre, hit) {
-                row.thickness_nm[column] = thickness_nm as f32;
-            }
-            for (out, value) in row.normal[3 * column..].iter_mut().zip([hit.normal.x, hit.normal.y, hit.normal.z]) {
-                *out = value as f32;
-            }
-        }
-    }
-    Ok(())
+        watch.add(tile.pixels() as u64);
+        Ok::<(), RenderError>(())
+    })
 }
 
 /// The name of the SIMD level that renders use and record: the widest of this machine, or what `IRIDESCE_SIMD` caps it at.

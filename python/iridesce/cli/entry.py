@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 # In the order of `iridesce --help`. Each is a file in `verbs` (a keyword of Python's has a _ behind it there) with a
 # function `verb`, or with a Typer `group` of verbs of its own.
 VERBS = (
-    *("render", "scenes", "check", "color", "spectrum", "info"),
+    *("render", "merge", "scenes", "check", "color", "spectrum", "info"),
     *("sweep", "animate", "lut", "export", "validate", "import", "fit", "recipes", "flow", "media", "chart", "page"),
 )
 

@@ -31,6 +31,14 @@ def size_in_pixels(text: str) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
+def crop_in_pixels(text: str) -> tuple[int, ...]:
+    match = re.fullmatch(r"\s*(\d{1,10})\s*,\s*(\d{1,10})\s*,\s*(\d{1,10})\s*,\s*(\d{1,10})\s*", text)
+    if match is None:
+        message = f"wanted x, y, width and height in pixels, as in 100,50,320,240, got {text!r:.60}"
+        raise typer.BadParameter(message, param_hint="--crop")
+    return tuple(int(word) for word in match.groups())
+
+
 def exposure_in_stops(text: str) -> float | str:
     if text == "auto":
         return text

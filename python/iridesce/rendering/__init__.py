@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from iridesce.rendering.merging import merge
 from iridesce.rendering.pictures import render
 
-__all__ = ["render"]
+__all__ = ["merge", "render"]

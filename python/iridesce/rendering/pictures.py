@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import operator
 import os
 import warnings
+from pathlib import Path
 from typing import Any
 
 from iridesce import _core
 from iridesce._progress import Told, check_progress, watched
-from iridesce.arguments.scalars import checked_threads, optional_whole
+from iridesce.arguments.scalars import checked_threads, number, optional_whole
 from iridesce.errors import ResourceError
 from iridesce.image import Image
+from iridesce.rendering.journal import Keep, check_same, head_of
 from iridesce.scene import Scene
 
-__all__ = ["render"]
+__all__ = ["draw", "render"]
 
 _MAX_SIDE = 2**32 - 1
 
@@ -27,6 +30,12 @@ def render(
     threads: int | None = None,
     backend: str = "cpu",
     progress: Told = None,
+    *,
+    until: float | None = None,
+    time_s: float | None = None,
+    crop: tuple[int, int, int, int] | None = None,
+    resume: str | os.PathLike[str] | None = None,
+    shard: tuple[int, int] | None = None,
 ) -> Image:
     """Renders a scene.
 
@@ -40,9 +49,20 @@ def render(
                most and once at the end; an exception from it stops the work and is passed on. A function with a third
                parameter ``stage`` hears of every stage, as ``progress(done, total, stage=...)``: ``"reading"`` (maps),
                ``"flowing"`` (steps of the scene's films), ``"rendering"`` (pixels). True draws a bar on stderr
+    until      relative error > 0: passes of samples go on until the median of sigma(Y) / max(Y, 1 % of the mean Y), over
+               the pixels whose sigma is not 0, is below it, never before 4 passes; at most ``samples`` if that is given, the
+               scene's own number does not limit
+    time_s     seconds > 0: passes go on as long as another one fits into the time, never before 4
+    crop       (x, y, width, height) in pixels: only this part, with the same bytes as in the whole
+    resume     path of a journal: finished tiles are read from it, if it is there, and written to it. It stays when the
+               picture is whole
+    shard      (I, N), I from 1: only every N-th tile from the I-th on; elsewhere ``samples`` and colours are 0.
+               ``ir.merge`` puts shards together
     Returns    an :class:`iridesce.Image`
-    Raises     ValueError for a wrong argument; iridesce.SceneError for a wrong scene; iridesce.ResourceError, before
-               anything is computed, for a picture that does not fit into memory; KeyboardInterrupt on Ctrl-C
+    Raises     ValueError for a wrong argument, and for a journal of another render, which says what differs (scene, seed,
+               size, samples, crop, planes, version, SIMD level); iridesce.SceneError for a wrong scene;
+               iridesce.ResourceError, before anything is computed, for a picture that does not fit into memory;
+               KeyboardInterrupt on Ctrl-C
 
     ``None`` takes the scene's own value. The same scene, samples, seed, size and SIMD level give the same bytes for any
     number of threads. A pixel is the plain mean over its own square; nothing is denoised or clamped.
@@ -51,14 +71,27 @@ def render(
     >>> image = ir.render("soap-bubble", samples=1, size=(8, 6))
     >>> image.xyz.shape, image.metadata["samples"]
     ((6, 8, 3), 1)
+    >>> part = ir.render("soap-bubble", samples=1, size=(8, 6), crop=(2, 1, 4, 3))
+    >>> bool((part.xyz == image.xyz[1:4, 2:6]).all())
+    True
     """
+    keep = None if resume is None else Keep(Path(resume), 0.0, True)
+    asked = {"samples": samples, "seed": seed, "size": size, "threads": threads, "until": until, "time_s": time_s}
+    return draw(scene, {**asked, "crop": crop, "shard": shard}, keep, progress, backend)
+
+
+def draw(
+    scene: Scene | str | os.PathLike[str] | dict[str, Any],
+    given: dict[str, Any],
+    keep: Keep | None,
+    progress: Told = None,
+    backend: str = "cpu",
+) -> Image:
+    """`render` with any journal; ``given`` has its arguments by name. Internal."""
     if backend != "cpu":
         gpu = " (this iridesce has no GPU back end built in)" if backend == "gpu" else ""
         raise ValueError(f'backend must be "cpu", got {backend!r}{gpu}')
-    samples = optional_whole("samples", samples, 1, _core.MAX_SAMPLES)
-    seed = optional_whole("seed", seed, 0, 2**64 - 1)
-    threads = checked_threads(threads)
-    size = _size(size)
+    asked = _asked(given)
     check_progress(progress)
 
     if not isinstance(scene, Scene):
@@ -66,14 +99,21 @@ def render(
     for name in scene._core.extended_media():
         warnings.warn(
             f'the data of medium "{name}" stop inside 360..830 nm; the render continues them as ir.media() states',
-            stacklevel=2,
+            stacklevel=3,
         )
     tree = scene.to_dict()
+    if keep is not None:
+        keep.head = head_of(scene, tree, _identity(tree, asked))
+        if keep.resume:
+            check_same(keep.path, keep.head)
+        asked["keep"] = (keep.path, keep.head, keep.after_s, keep.resume)
     with watched(progress, "rendering") as tell:
-        xyz, depth, thickness_nm, normal, info = _core.render_scene(scene._core, samples, seed, size, threads, tell)
+        xyz, planes, info = _core.render_scene(scene._core, asked, tell)
     samples, seed, seconds, simd, threads = info
     # The scene as it was rendered: what it says can be rendered again.
-    tree["camera"] = {**tree["camera"], "resolution": [xyz.shape[1], xyz.shape[0]]}
+    crop, shard = asked["crop"], asked["shard"]
+    whole = asked["size"] or tree["camera"]["resolution"]
+    tree["camera"] = {**tree["camera"], "resolution": list(whole)}
     tree["render"] = {**tree.get("render", {}), "samples": samples, "seed": seed}
     facts = {
         "samples": samples,
@@ -83,9 +123,55 @@ def render(
         "backend": backend,
         "simd": simd,
         "version": _core.__version__,
+        **({} if crop is None else {"crop": crop}),
+        **({} if shard is None else {"shard": f"{shard[0]}/{shard[1]}"}),
         "scene": tree,
     }
-    return Image._of_render(xyz, {"depth": depth, "thickness_nm": thickness_nm, "normal": normal}, facts)
+    return Image._of_render(xyz, planes, {}, facts)
+
+
+def _asked(given: dict[str, Any]) -> dict[str, Any]:
+    """The arguments of a render, checked, as the core takes them."""
+    positive = {}
+    for name in ("until", "time_s"):
+        value = given.get(name)
+        positive[name] = None if value is None else number(name, value, low=0.0, high=math.inf, includes_low=False)
+    return {
+        "samples": optional_whole("samples", given.get("samples"), 1, _core.MAX_SAMPLES),
+        "seed": optional_whole("seed", given.get("seed"), 0, 2**64 - 1),
+        "threads": checked_threads(given.get("threads")),
+        "size": _size(given.get("size")),
+        "crop": _wholes("crop", given.get("crop"), 4, "(x, y, width, height), four whole numbers"),
+        "shard": _wholes("shard", given.get("shard"), 2, "(I, N), two whole numbers"),
+        **positive,
+        "keep": None,
+    }
+
+
+def _identity(tree: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
+    """What of the arguments the bytes of a picture depend on."""
+    by_itself = asked["until"] is not None or asked["time_s"] is not None
+    samples = asked["samples"] or tree["render"]["samples"]
+    return {
+        "seed": tree["render"]["seed"] if asked["seed"] is None else asked["seed"],
+        "size": list(asked["size"] or tree["camera"]["resolution"]),
+        # Passes can go on to any end.
+        "samples": "passes" if by_itself else samples,
+        "crop": asked["crop"],
+        "planes": "xyz",
+    }
+
+
+def _wholes(name: str, value: object, count: int, wanted: str) -> tuple[int, ...] | None:
+    if value is None:
+        return None
+    try:
+        numbers = [operator.index(number) for number in value]  # type: ignore[attr-defined]
+    except TypeError:
+        numbers = []
+    if isinstance(value, (str, bytes)) or len(numbers) != count or min(numbers) < 0 or max(numbers) > _MAX_SIDE:
+        raise ValueError(f"{name} must be {wanted} from 0 on, or None, got {value!r:.60}")
+    return tuple(numbers)
 
 
 def _size(size: object) -> tuple[int, int] | None:

@@ -68,7 +68,9 @@ def test_an_image_has_its_planes(image):
     depth, thickness_nm, normal = (image.channels[k] for k in ("depth", "thickness_nm", "normal"))
     assert depth.shape == thickness_nm.shape == (30, 40)
     assert normal.shape == (30, 40, 3)
-    assert {plane.dtype for plane in image.channels.values()} == {np.dtype(np.float32)}
+    whole = {"object", "samples"}
+    for name, plane in image.channels.items():
+        assert plane.dtype == (np.int32 if name in whole else np.float32), name
     film = np.isfinite(depth)
     assert film[15, 20]
     assert not film[0, 0]
@@ -275,6 +277,8 @@ def test_extreme_values_stay_in_range():
 @pytest.mark.parametrize(("bits", "steps"), [(8, 255), (16, 65535)])
 def test_a_png_holds_the_nearest_steps(tmp_path, bits, steps):
     encoded = np.random.default_rng(8).uniform(0.0, 1.0, (9, 13, 3))
+    if bits == 8:
+        encoded = np.round(encoded * 255.0) / 255.0  # between steps there is dither
     held = ir.Image(color.convert(encoded, "srgb", "xyz"))
     path = tmp_path / "x.PNG"
     held.save(path, exposure=0.0, bits=bits)
@@ -285,6 +289,43 @@ def test_a_png_holds_the_nearest_steps(tmp_path, bits, steps):
     # Pillow, and matplotlib through it, read 16-bit colour as 8 bits: undo the filters by hand.
     read = np.asarray(PIL.Image.open(path), dtype=float) if bits == 8 else sixteen_bits(file, 13, 9)
     np.testing.assert_array_equal(read, expected)
+
+
+def test_eight_bits_are_dithered_below_one_step(tmp_path):
+    """A slow gradient: no pixel is a step off, the mean of any 8 x 8 patch is right, and grey stays grey."""
+    ramp = np.linspace(0.30, 0.34, 256)[None, :, None] * np.ones((64, 1, 3))
+    held = ir.Image(color.convert(ramp, "srgb", "xyz"))
+    held.save(tmp_path / "x.png", exposure=0.0)
+    read = np.asarray(PIL.Image.open(tmp_path / "x.png"), dtype=float)
+    wanted = held.rgb().astype(float) * 255.0
+    assert np.abs(read - wanted).max() < 1.0
+    # (Three channels of a grey differ by the rounding of XYZ; the threshold is the same for all of them.)
+    assert (np.ptp(read, axis=-1) == 0.0).mean() > 0.999
+    patches = (read - wanted)[..., 0].reshape(8, 8, 32, 8).mean(axis=(1, 3))
+    assert np.abs(patches).max() < 0.06
+    assert np.abs((np.round(wanted) - wanted)[..., 0].reshape(8, 8, 32, 8).mean(axis=(1, 3))).max() > 0.3, "can fail"
+    held.save(tmp_path / "again.png", exposure=0.0)
+    assert (tmp_path / "again.png").read_bytes() == (tmp_path / "x.png").read_bytes()
+
+
+def test_a_png_of_premultiplied_colour_divides_by_alpha(tmp_path):
+    alpha = np.array([[0.25, 0.5, 1.0, 0.0]], np.float32)
+    straight = color.convert(np.full((1, 4, 3), 0.5), "linear-srgb", "xyz")
+    held = ir.Image._of_render(
+        (straight * alpha[..., None]).astype(np.float32), {**ir.Image(straight).channels, "alpha": alpha}, {}, {}
+    )
+    held.save(tmp_path / "x.png", exposure=0.0, bits=8)
+    read = np.asarray(PIL.Image.open(tmp_path / "x.png"), dtype=float)
+    assert read.shape == (1, 4, 4)
+    np.testing.assert_allclose(read[0, :3, :3], 188.0, atol=1.0)
+    np.testing.assert_array_equal(read[0, :, 3], [64, 128, 255, 0])
+    held.save(tmp_path / "x.exr")
+    with OpenEXR.File(str(tmp_path / "x.exr"), separate_channels=True) as file:
+        np.testing.assert_array_equal(file.channels()["A"].pixels, alpha)
+    assert np.array_equal(ir.Image.load(tmp_path / "x.exr").channels["alpha"], alpha)
+    bright = ir.Image._of_render(held.xyz.copy() * 3.0, {**held.channels}, {}, {})
+    bright.save(tmp_path / "bright.png", exposure=0.0)
+    assert bright.metadata["out_of_gamut"] == 0.75, "the share of pixels that clip is told"
 
 
 def sixteen_bits(file: bytes, width: int, height: int) -> np.ndarray:
@@ -355,7 +396,8 @@ def test_a_png_says_how_it_was_made(tmp_path, image):
 def test_a_notebook_shows_the_picture(image):
     shown = PIL.Image.open(io.BytesIO(image._repr_png_()))
     assert shown.size == (40, 30)
-    np.testing.assert_array_equal(np.asarray(shown), np.round(image.rgb(exposure="auto") * 255.0))
+    # (Dithered: within a step.)
+    assert np.abs(np.asarray(shown, float) - image.rgb(exposure="auto") * 255.0).max() < 1.0
 
 
 # --- EXR
@@ -366,7 +408,8 @@ def test_an_exr_holds_everything(tmp_path, image):
     with OpenEXR.File(str(tmp_path / "x.exr"), separate_channels=True) as file:
         channels = {name: channel.pixels for name, channel in file.channels().items()}
         header = dict(file.header())
-    assert {plane.dtype for plane in channels.values()} == {np.dtype(np.float32)}
+    assert {name for name, plane in channels.items() if plane.dtype != np.float32} == {"samples"}
+    assert channels["samples"].dtype == np.uint32
     xyz = np.stack([channels[f"XYZ.{axis}"] for axis in "XYZ"], -1)
     np.testing.assert_array_equal(xyz, image.xyz)
     np.testing.assert_array_equal(
@@ -378,8 +421,9 @@ def test_an_exr_holds_everything(tmp_path, image):
     np.testing.assert_allclose(rgb, color.convert(image.xyz.astype(float), "xyz", "linear-srgb"), atol=1e-6)
     np.testing.assert_allclose(rgb @ LUMINANCE, image.xyz[..., 1], atol=2e-4)
     assert rgb.min() < 0.0, "colours outside Rec.709 are kept"
-    assert set(channels) == {"R", "G", "B", "depth.Z", "thickness_nm"} | {
-        f"{n}.{a}" for n in ("XYZ", "normal") for a in "XYZ"
+    assert set(channels) == {
+        *("R", "G", "B", "depth.Z", "thickness_nm", "path_difference_nm", "object", "variance", "samples"),
+        *(f"{n}.{a}" for n in ("XYZ", "normal") for a in "XYZ"),
     }
 
     assert header["software"] == f"iridesce {ir.__version__}"
@@ -387,6 +431,68 @@ def test_an_exr_holds_everything(tmp_path, image):
     assert header["simd"] == image.metadata["simd"]
     np.testing.assert_allclose(header["chromaticities"], (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329), atol=1e-7)
     assert np.array_equal(ir.render(json.loads(header["scene"])).xyz, image.xyz)
+
+
+def test_an_exr_comes_back_whole(tmp_path, image):
+    image.save(tmp_path / "x.exr")
+    again = ir.Image.load(tmp_path / "x.exr")
+    assert again.xyz.tobytes() == image.xyz.tobytes()
+    assert again.channels.keys() == image.channels.keys()
+    for name, plane in image.channels.items():
+        assert again.channels[name].dtype == plane.dtype, name
+        assert again.channels[name].tobytes() == plane.tobytes(), name
+    assert again.scene == json.loads(json.dumps(image.scene))
+    assert np.array_equal(ir.render(again.scene).xyz, image.xyz)
+    for key in ("samples", "seed", "backend", "simd", "version"):
+        assert again.metadata[key] == image.metadata[key], key
+    again.save(tmp_path / "again.exr")
+    assert (tmp_path / "again.exr").read_bytes() == (tmp_path / "x.exr").read_bytes()
+    assert ir.Image(np.ones((2, 2, 3))).scene is None
+
+
+def test_half_floats_hold_three_digits(tmp_path, image):
+    image.save(tmp_path / "x.exr", half=True)
+    with OpenEXR.File(str(tmp_path / "x.exr"), separate_channels=True) as file:
+        types = {name: channel.pixels.dtype for name, channel in file.channels().items()}
+    halves = {name for name, kind in types.items() if kind == np.float16}
+    assert halves == {"R", "G", "B"} | {f"{n}.{a}" for n in ("XYZ", "normal") for a in "XYZ"}
+    again = ir.Image.load(tmp_path / "x.exr")
+    np.testing.assert_allclose(again.xyz, image.xyz, rtol=2**-11, atol=1e-7)
+    assert again.channels["thickness_nm"].tobytes() == image.channels["thickness_nm"].tobytes()
+    ir.Image([[[1e6, 1e6, 1e6]]]).save(tmp_path / "sun.exr", half=True)
+    assert (ir.Image.load(tmp_path / "sun.exr").xyz == 65504.0).all()
+
+
+def test_pictures_of_other_programs_are_read_by_their_primaries(tmp_path):
+    rgb = np.random.default_rng(3).uniform(0.0, 1.0, (3, 4, 3)).astype(np.float32)
+    wide = (0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290)  # ITU-R BT.2020-2, table 3
+    for corners, space in ((None, "linear-srgb"), (wide, "rec2020")):
+        header = {} if corners is None else {"chromaticities": corners}
+        channels = {letter: np.ascontiguousarray(rgb[..., i]) for i, letter in enumerate("RGB")}
+        OpenEXR.File(header, channels).write(str(tmp_path / "x.exr"))
+        linear = rgb if space == "linear-srgb" else color.convert(rgb, "linear-srgb", "srgb")
+        read = ir.Image.load(tmp_path / "x.exr").xyz
+        if corners is None:
+            np.testing.assert_allclose(read, color.convert(linear, "linear-srgb", "xyz"), atol=1e-5)
+        else:
+            # White is white, and red is where the file says.
+            np.testing.assert_allclose(read.sum(axis=-1) > 0.0, True)
+            red = ir.Image.load(_only(tmp_path, "R", corners)).xyz[0, 0]
+            np.testing.assert_allclose(red[:2] / red.sum(), corners[:2], atol=1e-6)
+    OpenEXR.File({}, {"Z": np.ones((2, 2), np.float32)}).write(str(tmp_path / "z.exr"))
+    for name, said in (("z.exr", "needs the channels R, G, B"), ("none.exr", "no such file"), ("x.png", r"\.exr")):
+        with pytest.raises(ValueError, match=said):
+            ir.Image.load(tmp_path / name)
+    (tmp_path / "torn.exr").write_bytes((tmp_path / "x.exr").read_bytes()[:300])
+    with pytest.raises(ValueError, match=r"torn\.exr"):
+        ir.Image.load(tmp_path / "torn.exr")
+
+
+def _only(folder: Path, letter: str, corners: tuple[float, ...]) -> Path:
+    """A picture of one primary."""
+    channels = {c: np.full((1, 1), float(c == letter), np.float32) for c in "RGB"}
+    OpenEXR.File({"chromaticities": corners}, channels).write(str(folder / "only.exr"))
+    return folder / "only.exr"
 
 
 def test_facts_of_ones_own_are_left_out_of_files(tmp_path):

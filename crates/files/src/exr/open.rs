@@ -3,11 +3,12 @@
 
 use std::io::Cursor;
 
-use exr::meta::attribute::{Chromaticities, EnvironmentMap, SampleType};
+use exr::meta::attribute::{AttributeValue, Chromaticities, EnvironmentMap, SampleType};
 use exr::meta::header::Header;
-use exr::prelude::{AnyChannels, Compression, FlatSamples, Image, Layers, ReadChannels, ReadLayers};
+use exr::prelude::{AnyChannels, Compression, FlatSamples, Image, LayerAttributes, Layers, ReadChannels, ReadLayers};
 use iridesce_numerics::Watch;
 
+use crate::facts::Fact;
 use crate::input::Input;
 use crate::limits::{check_ratio, check_size, room};
 use crate::words::{harmless, listed, quoted};
@@ -57,6 +58,8 @@ pub struct OpenExr {
     pub is_cube: bool,
     /// Whether a part says that it is a latitude-longitude map.
     pub is_latlong: bool,
+    /// Attributes of the first part that are words or numbers, by their names.
+    pub facts: Vec<(String, Fact)>,
 }
 
 /// All channels of an OpenEXR file, each part checked to be a whole picture of a size that can be read.
@@ -80,6 +83,7 @@ pub fn open_exr(bytes: &[u8], watch: &Watch) -> Result<OpenExr, String> {
         chromaticities: image.attributes.chromaticities,
         is_cube: false,
         is_latlong: false,
+        facts: Vec::new(),
     };
     for (part, layer) in image.layer_data.into_iter().enumerate() {
         let (width, height) = (layer.size.x(), layer.size.y());
@@ -94,6 +98,9 @@ pub fn open_exr(bytes: &[u8], watch: &Watch) -> Result<OpenExr, String> {
             Some(EnvironmentMap::Cube) => open.is_cube = true,
             Some(EnvironmentMap::LatitudeLongitude) => open.is_latlong = true,
             None => {}
+        }
+        if part == 0 {
+            open.facts = facts_of(&layer.attributes);
         }
         let called = layer.attributes.layer_name.as_ref().map_or_else(|| part.to_string(), ToString::to_string);
         for channel in layer.channel_data.list {
@@ -116,6 +123,23 @@ pub fn open_exr(bytes: &[u8], watch: &Watch) -> Result<OpenExr, String> {
         return Err("it has no channels".into());
     }
     Ok(open)
+}
+
+/// What the attributes of a part say; those of other kinds than ours are left out.
+pub(super) fn facts_of(attributes: &LayerAttributes) -> Vec<(String, Fact)> {
+    let other = attributes.other.iter().filter_map(|(name, value)| {
+        let fact = match value {
+            AttributeValue::Text(text) => Fact::Text(text.to_string()),
+            AttributeValue::I32(value) => Fact::Integer(*value),
+            AttributeValue::F64(value) => Fact::Number(*value),
+            _ => return None,
+        };
+        Some((name.to_string(), fact))
+    });
+    let software = attributes.software_name.iter().map(|name| ("Software".to_owned(), Fact::Text(name.to_string())));
+    let mut facts: Vec<(String, Fact)> = other.chain(software).collect();
+    facts.sort_by(|a, b| a.0.cmp(&b.0));
+    facts
 }
 
 fn damaged(error: &exr::error::Error) -> String {

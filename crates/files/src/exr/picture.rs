@@ -1,4 +1,4 @@
-//! OpenEXR out: every plane in float32, and the facts to repeat the render.
+//! OpenEXR out: the colours, any planes beside them, and the facts to repeat the render.
 
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use exr::meta::attribute::{AttributeValue, Chromaticities};
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
-    SmallVec, Text, Vec2, WritableImage,
+    SmallVec, Text, Vec2, WritableImage, f16,
 };
 use rayon::prelude::*;
 
@@ -16,21 +16,39 @@ use crate::limits::check_planes;
 use crate::space::OutputSpace;
 use crate::whole::write_whole;
 
-/// What an EXR holds: borrowed planes of `width * height` pixels, as in `Framebuffer`.
-#[derive(Debug, Clone, Copy)]
-pub struct Planes<'a> {
+/// One plane of a picture, in as many channels of the file as it has components.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plane<'a> {
+    /// What the channel of each component is called: `depth.Z`, or `normal.X`, `normal.Y`, `normal.Z`.
+    pub channels: Vec<String>,
+    /// Its numbers, those of a pixel beside one another.
+    pub values: Values<'a>,
+}
+
+/// The numbers of a plane, borrowed, and how they are stored.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Values<'a> {
+    /// 32-bit floats.
+    Single(&'a [f32]),
+    /// 16-bit floats: three digits, and nothing beyond 65504, where they end.
+    Half(&'a [f32]),
+    /// Counts.
+    Whole(&'a [u32]),
+}
+
+/// What an EXR holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture<'a> {
     /// Columns.
     pub width: u32,
     /// Rows.
     pub height: u32,
     /// Relative XYZ, three floats a pixel.
     pub xyz: &'a [f32],
-    /// Distance along the ray, scene units; infinite where there is none.
-    pub depth: &'a [f32],
-    /// Film thickness, nm; NaN off films.
-    pub thickness_nm: &'a [f32],
-    /// Unit normal, three floats a pixel; zero where there is none.
-    pub normal: &'a [f32],
+    /// Whether the colours are stored in half floats.
+    pub is_half: bool,
+    /// All other planes; no two channels of a file are called the same.
+    pub planes: Vec<Plane<'a>>,
 }
 
 /// Single-line ZIP: half the time of 16-line ZIP or PIZ for 7 and 23 % more bytes (a 512 x 512 bubble), and compositors read
@@ -38,30 +56,30 @@ pub struct Planes<'a> {
 pub(super) const ENCODING: Encoding =
     Encoding { compression: Compression::ZIP1, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
 
-/// Writes the planes as a whole EXR file or none: scan lines, each ZIP-compressed by itself, 32-bit floats.
+/// Writes a picture as a whole EXR file or none: scan lines, each ZIP-compressed by itself.
+///
+/// Beside the channels of the planes there are
 ///
 /// | channels | what |
 /// |---|---|
 /// | `R` `G` `B` | linear Rec.709, D65, of the XYZ: what every viewer shows; negative and large values kept |
 /// | `XYZ.X` `XYZ.Y` `XYZ.Z` | relative XYZ as computed. A layer of its own: plain `Y` would mean luminance, plain `Z` depth |
-/// | `depth.Z` | distance along the ray |
-/// | `thickness_nm` | film thickness |
-/// | `normal.X` `normal.Y` `normal.Z` | normal in world axes |
 ///
 /// No exposure is applied. The standard attributes `chromaticities` and `software` are set; facts become attributes of
 /// their own name (`string`, `int`, `double`), `Software` the standard one.
-pub fn write_exr(path: &Path, planes: &Planes<'_>, facts: &Facts, stop: Stop<'_>) -> Result<(), FileError> {
-    let Planes { width, height, xyz, depth, thickness_nm, normal } = *planes;
-    check_planes(
-        width,
-        height,
-        &[
-            ("xyz", xyz.len(), 3),
-            ("depth", depth.len(), 1),
-            ("thickness_nm", thickness_nm.len(), 1),
-            ("normal", normal.len(), 3),
-        ],
-    )?;
+pub fn write_exr(path: &Path, picture: &Picture<'_>, facts: &Facts, stop: Stop<'_>) -> Result<(), FileError> {
+    let Picture { width, height, xyz, is_half, ref planes } = *picture;
+    let mut sizes = vec![("xyz", xyz.len(), 3)];
+    for plane in planes {
+        let length = match plane.values {
+            Values::Single(values) | Values::Half(values) => values.len(),
+            Values::Whole(values) => values.len(),
+        };
+        let first = plane.channels.first();
+        let first = first.ok_or_else(|| FileError::Argument("a plane has one channel at least".into()))?;
+        sizes.push((first, length, plane.channels.len()));
+    }
+    check_planes(width, height, &sizes)?;
     if width.max(height) > i32::MAX as u32 {
         return Err(FileError::Argument(format!(
             "an EXR has at most {} pixels a side, got {width} x {height}",
@@ -70,27 +88,43 @@ pub fn write_exr(path: &Path, planes: &Planes<'_>, facts: &Facts, stop: Stop<'_>
     }
     let attributes = attributes(facts)?;
 
-    let third = |values: &[f32], i: usize| -> Vec<f32> { values.par_chunks_exact(3).map(|v| v[i]).collect() };
+    let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
+    let mut add = |name: &str, values: &dyn Fn() -> FlatSamples| {
+        if stop() {
+            return Err(FileError::Cancelled);
+        }
+        if channels.iter().any(|channel| channel.name == *name) {
+            return Err(FileError::Argument(format!("two channels of an EXR are called {name:?}")));
+        }
+        if name.is_empty() || name.len() > 255 || Text::new_or_none(name).is_none() {
+            return Err(FileError::Argument(format!("a channel's name has 1 to 255 Latin-1 letters, got {name:?}")));
+        }
+        channels.push(AnyChannel::new(name, values()));
+        Ok(())
+    };
+    let floats = |values: Vec<f32>, is_half: bool| {
+        if is_half { FlatSamples::F16(halves(&values)) } else { FlatSamples::F32(values) }
+    };
+    let third = |i: usize| -> Vec<f32> { xyz.par_chunks_exact(3).map(|v| v[i]).collect() };
     let linear = |row: [f64; 3]| -> Vec<f32> {
         let dot = |v: &[f32]| (0..3).map(|c| row[c] * f64::from(v[c])).sum::<f64>() as f32;
         xyz.par_chunks_exact(3).map(dot).collect()
     };
-    let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
-    let mut add = |name: &str, values: &dyn Fn() -> Vec<f32>| {
-        if stop() {
-            return Err(FileError::Cancelled);
-        }
-        channels.push(AnyChannel::new(name, FlatSamples::F32(values())));
-        Ok(())
-    };
     let rows = OutputSpace::Srgb.rgb_from_xyz();
     for (i, (colour, axis)) in ["R", "G", "B"].into_iter().zip(["X", "Y", "Z"]).enumerate() {
-        add(colour, &|| linear(rows[i]))?;
-        add(&format!("XYZ.{axis}"), &|| third(xyz, i))?;
-        add(&format!("normal.{axis}"), &|| third(normal, i))?;
+        add(colour, &|| floats(linear(rows[i]), is_half))?;
+        add(&format!("XYZ.{axis}"), &|| floats(third(i), is_half))?;
     }
-    add("depth.Z", &|| depth.to_vec())?;
-    add("thickness_nm", &|| thickness_nm.to_vec())?;
+    for plane in planes {
+        let components = plane.channels.len();
+        for (i, name) in plane.channels.iter().enumerate() {
+            add(name, &|| match plane.values {
+                Values::Single(values) => floats(component(values, components, i), false),
+                Values::Half(values) => floats(component(values, components, i), true),
+                Values::Whole(values) => FlatSamples::U32(component(values, components, i)),
+            })?;
+        }
+    }
 
     let size = Vec2(width as usize, height as usize);
     let layer = Layer::new(size, attributes, ENCODING, AnyChannels::sort(channels));
@@ -107,6 +141,20 @@ pub fn write_exr(path: &Path, planes: &Planes<'_>, facts: &Facts, stop: Stop<'_>
         drop(buffered);
         sort_attributes(out)
     })
+}
+
+/// One component of every pixel.
+fn component<T: Copy + Send + Sync>(values: &[T], of: usize, i: usize) -> Vec<T> {
+    if of == 1 { values.to_vec() } else { values.par_chunks_exact(of).map(|v| v[i]).collect() }
+}
+
+/// The nearest half floats. What lies beyond the largest becomes the largest: a sun is very bright, not infinite. (An
+/// infinity that was one stays one.)
+fn halves(values: &[f32]) -> Vec<f16> {
+    let half = |value: &f32| {
+        f16::from_f32(if value.is_finite() { value.clamp(f16::MIN.to_f32(), f16::MAX.to_f32()) } else { *value })
+    };
+    values.par_iter().map(half).collect()
 }
 
 fn rec709() -> Chromaticities {
@@ -195,7 +243,8 @@ mod tests {
     use super::*;
     use std::fs;
 
-    struct Picture {
+    struct Made {
+        samples: Vec<u32>,
         xyz: Vec<f32>,
         depth: Vec<f32>,
         thickness_nm: Vec<f32>,
@@ -205,10 +254,11 @@ mod tests {
     const WIDTH: u32 = 20;
     const HEIGHT: u32 = 37;
 
-    fn picture() -> Picture {
+    fn picture() -> Made {
         let pixels = (WIDTH * HEIGHT) as usize;
         let ramp = |n: usize, k: f32| (0..n).map(|i| (i as f32 * k).sin() * 2.0).collect::<Vec<_>>();
-        let mut picture = Picture {
+        let mut picture = Made {
+            samples: (0..pixels as u32).map(|i| i << 20).collect(),
             xyz: ramp(3 * pixels, 0.11),
             depth: ramp(pixels, 0.3),
             thickness_nm: ramp(pixels, 0.7),
@@ -219,14 +269,20 @@ mod tests {
         picture
     }
 
-    fn planes(picture: &Picture) -> Planes<'_> {
-        Planes {
+    fn planes(made: &Made) -> Picture<'_> {
+        let plane =
+            |names: &[&str], values| Plane { channels: names.iter().map(ToString::to_string).collect(), values };
+        Picture {
             width: WIDTH,
             height: HEIGHT,
-            xyz: &picture.xyz,
-            depth: &picture.depth,
-            thickness_nm: &picture.thickness_nm,
-            normal: &picture.normal,
+            xyz: &made.xyz,
+            is_half: false,
+            planes: vec![
+                plane(&["depth.Z"], Values::Single(&made.depth)),
+                plane(&["thickness_nm"], Values::Single(&made.thickness_nm)),
+                plane(&["normal.X", "normal.Y", "normal.Z"], Values::Single(&made.normal)),
+                plane(&["samples"], Values::Whole(&made.samples)),
+            ],
         }
     }
 
@@ -261,6 +317,8 @@ mod tests {
             assert_eq!(channel(&format!("XYZ.{axis}")), every_third(&picture.xyz));
             assert_eq!(channel(&format!("normal.{axis}")), every_third(&picture.normal));
         }
+        let counts = layer.channel_data.list.iter().find(|c| c.name == *"samples").unwrap();
+        assert_eq!(counts.sample_data, FlatSamples::U32(picture.samples.clone()));
         assert_eq!(bits(&channel("depth.Z")), bits(&picture.depth));
         assert_eq!(bits(&channel("thickness_nm")), bits(&picture.thickness_nm));
         // Luminance of linear Rec.709 is the Y it came from (coefficients of IEC 61966-2-1, four digits).
@@ -295,13 +353,47 @@ mod tests {
     fn wrong_shapes_and_facts_are_refused() {
         let picture = picture();
         let path = Path::new("/nonexistent/x.exr");
-        let short = Planes { depth: &picture.depth[1..], ..planes(&picture) };
+        let mut short = planes(&picture);
+        short.planes[0].values = Values::Single(&picture.depth[1..]);
         let message = write_exr(path, &short, &[], &|| false).unwrap_err().to_string();
-        assert!(message.contains("depth must hold 740 values for 20 x 37 pixels, got 739"), "{message}");
+        assert!(message.contains("depth.Z must hold 740 values for 20 x 37 pixels, got 739"), "{message}");
         let facts = [("scene".to_owned(), Fact::Text("泡".into()))];
         assert!(write_exr(path, &planes(&picture), &facts, &|| false).unwrap_err().to_string().contains("Latin-1"));
         let nameless = [(String::new(), Fact::Integer(1))];
         assert!(write_exr(path, &planes(&picture), &nameless, &|| false).unwrap_err().to_string().contains("name"));
+        for wrong in ["XYZ.Y", "depth.Z", "", "泡"] {
+            let mut named = planes(&picture);
+            named.planes[1].channels[0] = wrong.into();
+            let message = write_exr(path, &named, &[], &|| false).unwrap_err().to_string();
+            assert!(message.contains("called") || message.contains("letters"), "{wrong}: {message}");
+        }
+    }
+
+    #[test]
+    fn halves_are_the_nearest_and_stay_finite() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.exr");
+        let mut picture = picture();
+        picture.xyz[0] = 1e6;
+        picture.depth[5] = 1e9;
+        let mut planes = planes(&picture);
+        planes.is_half = true;
+        planes.planes[0].values = Values::Half(&picture.depth);
+        write_exr(&path, &planes, &facts(), &|| false).unwrap();
+        let read = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
+        let channel = |name: &str| {
+            let list = &read.layer_data[0].channel_data.list;
+            list.iter().find(|c| c.name == *name).unwrap().sample_data.clone()
+        };
+        let (FlatSamples::F16(x), FlatSamples::F16(depth)) = (channel("XYZ.X"), channel("depth.Z")) else {
+            panic!("not half floats")
+        };
+        assert!(matches!(channel("R"), FlatSamples::F16(_)) && matches!(channel("thickness_nm"), FlatSamples::F32(_)));
+        assert_eq!((x[0].to_f32(), depth[5].to_f32(), depth[3].to_f32()), (65504.0, 65504.0, f32::INFINITY));
+        for (half, single) in x.iter().zip(picture.xyz.iter().step_by(3)).skip(1) {
+            // Half the last of 11 binary digits.
+            assert!((half.to_f32() - single).abs() <= single.abs() / 2048.0, "{half} {single}");
+        }
     }
 
     #[test]

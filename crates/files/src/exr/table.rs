@@ -4,12 +4,13 @@ use std::io::{self, BufWriter, Cursor, Write};
 use std::path::Path;
 
 use exr::meta::MetaData;
-use exr::meta::attribute::{AttributeValue, Text};
+use exr::meta::attribute::Text;
 use exr::prelude::{
     AnyChannel, AnyChannels, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer, Layers, ReadChannels,
     ReadLayers, Vec2, WritableImage,
 };
 
+use super::open::facts_of;
 use super::picture::{ENCODING, attributes, sort_attributes};
 use crate::error::{FileError, Stop};
 use crate::facts::Fact;
@@ -142,19 +143,8 @@ fn table_of(layer: &Layer<AnyChannels<FlatSamples>>) -> Result<Table, FileError>
         }
         planes.push((channel.name.to_string(), values));
     }
-    let mut facts: Vec<(String, Fact)> = Vec::new();
-    for (name, value) in &layer.attributes.other {
-        let fact = match value {
-            AttributeValue::Text(text) => Fact::Text(text.to_string()),
-            AttributeValue::I32(value) => Fact::Integer(*value),
-            AttributeValue::F64(value) => Fact::Number(*value),
-            _ => continue,
-        };
-        facts.push((name.to_string(), fact));
-    }
-    facts.sort_by(|a, b| a.0.cmp(&b.0));
     let name = layer.attributes.layer_name.as_ref().map(Text::to_string).unwrap_or_default();
-    Ok(Table { name, width, height, planes, facts })
+    Ok(Table { name, width, height, planes, facts: facts_of(&layer.attributes) })
 }
 
 #[cfg(test)]

@@ -26,10 +26,12 @@ pub enum BitDepth {
 /// Longest side a PNG can state.
 const MAX_SIDE: u32 = (1 << 31) - 1;
 
-/// Writes encoded RGB in [0, 1], three floats a pixel, as a whole PNG file or none.
+/// Writes encoded RGB in [0, 1], three floats a pixel, as a whole PNG file or none; or four, the last of them how opaque
+/// the pixel is, by which the colours are not multiplied.
 ///
-/// Values are rounded to the nearest step: `round(255 v)` or `round(65535 v)`, nothing dithered, so that a pixel is
-/// what `develop` said and equal pixels stay equal. sRGB is tagged by the `sRGB` chunk (with `gAMA` and `cHRM` for old
+/// 16 bits are rounded to the nearest step, `round(65535 v)`. 8 bits are dithered, `round(255 v + t)` with a threshold
+/// |t| < 1/2 that depends on the pixel's place alone: slow gradients show no bands, values that are steps already stay what
+/// they are, grey stays grey, and the same picture gives the same bytes. sRGB is tagged by the `sRGB` chunk (with `gAMA` and `cHRM` for old
 /// readers), Display P3 and Rec.2020 by `cICP` and, for readers that do not know it, an ICC profile.
 /// Facts become text chunks (`tEXt` where Latin-1 will do, else `iTXt`).
 #[allow(clippy::too_many_arguments)]
@@ -43,32 +45,68 @@ pub fn write_png(
     facts: &Facts,
     stop: Stop<'_>,
 ) -> Result<(), FileError> {
-    check_planes(width, height, &[("rgb", rgb.len(), 3)])?;
+    let components = components(width, height, rgb)?;
     if width.max(height) > MAX_SIDE {
         return Err(FileError::Argument(format!("a PNG has at most {MAX_SIDE} pixels a side, got {width} x {height}")));
     }
-    let bytes = quantize(rgb, bits);
+    let bytes = quantize(rgb, width, components, bits);
     write_whole(path, stop, |out| {
         let mut buffered = BufWriter::new(out);
-        encode(&mut buffered, width, height, &bytes, bits, space, facts)?;
+        let color = if components == 4 { ColorType::Rgba } else { ColorType::Rgb };
+        encode(&mut buffered, [width, height], color, &bytes, bits, space, facts)?;
         buffered.flush()
     })
 }
 
 /// The same file in memory, 8 bits.
 pub fn png_bytes(width: u32, height: u32, rgb: &[f32], space: OutputSpace) -> Result<Vec<u8>, FileError> {
-    check_planes(width, height, &[("rgb", rgb.len(), 3)])?;
+    let components = components(width, height, rgb)?;
     let mut file = Vec::new();
-    let bytes = quantize(rgb, BitDepth::Eight);
-    encode(&mut file, width, height, &bytes, BitDepth::Eight, space, &[])
+    let bytes = quantize(rgb, width, components, BitDepth::Eight);
+    let color = if components == 4 { ColorType::Rgba } else { ColorType::Rgb };
+    encode(&mut file, [width, height], color, &bytes, BitDepth::Eight, space, &[])
         .map_err(|error| FileError::Argument(format!("no PNG of {width} x {height} pixels: {error}")))?;
     Ok(file)
 }
 
-/// Nearest steps, big-endian. NaN becomes 0 (`as` saturates), so no input can make a wrong byte count.
-fn quantize(rgb: &[f32], bits: BitDepth) -> Vec<u8> {
+/// Numbers a pixel has: three, or four.
+fn components(width: u32, height: u32, rgb: &[f32]) -> Result<usize, FileError> {
+    let is_four = rgb.len() as u128 == 4 * u128::from(width) * u128::from(height);
+    let components = if is_four { 4 } else { 3 };
+    check_planes(width, height, &[("rgb", rgb.len(), components)])?;
+    Ok(components)
+}
+
+/// 2^32 / g and 2^32 / g^2, g^3 = g + 1: steps of the sequence R2, whose points spread most evenly over the plane (Roberts,
+/// "The unreasonable effectiveness of quasirandom sequences", 2018).
+const ACROSS: u32 = 3_242_174_889;
+const DOWN: u32 = 2_447_445_414;
+/// The widest threshold. Below half a step, so that the rounding of 255 v in f32 moves no value that is a step.
+const WIDEST: f64 = 0.499;
+
+/// What is added before rounding at a pixel, within a step: even over any patch of pixels, without a pattern.
+fn threshold(x: u32, y: u32) -> f32 {
+    let turn = f64::from(ACROSS.wrapping_mul(x).wrapping_add(DOWN.wrapping_mul(y))) / 4_294_967_296.0;
+    ((2.0 * turn - 1.0) * WIDEST) as f32
+}
+
+/// Steps, big-endian. NaN becomes 0 (`as` saturates), so no input can make a wrong byte count.
+fn quantize(rgb: &[f32], width: u32, components: usize, bits: BitDepth) -> Vec<u8> {
     match bits {
-        BitDepth::Eight => rgb.par_iter().map(|v| (v * 255.0).round() as u8).collect(),
+        BitDepth::Eight => {
+            let mut bytes = vec![0; rgb.len()];
+            let row = components * width as usize;
+            bytes.par_chunks_mut(row).zip(rgb.par_chunks(row)).enumerate().for_each(|(y, (bytes, values))| {
+                for (x, (pixel, values)) in bytes.chunks_mut(components).zip(values.chunks(components)).enumerate() {
+                    let threshold = threshold(x as u32, y as u32);
+                    for (component, (byte, v)) in pixel.iter_mut().zip(values).enumerate() {
+                        // How opaque a pixel is, is no gradient to look at.
+                        *byte = (v * 255.0 + if component < 3 { threshold } else { 0.0 }).round() as u8;
+                    }
+                }
+            });
+            bytes
+        }
         BitDepth::Sixteen => {
             let mut bytes = vec![0; 2 * rgb.len()];
             bytes.par_chunks_exact_mut(2).zip(rgb).for_each(|(pair, v)| {
@@ -82,15 +120,15 @@ fn quantize(rgb: &[f32], bits: BitDepth) -> Vec<u8> {
 
 fn encode(
     out: impl Write,
-    width: u32,
-    height: u32,
+    [width, height]: [u32; 2],
+    color: ColorType,
     bytes: &[u8],
     bits: BitDepth,
     space: OutputSpace,
     facts: &Facts,
 ) -> io::Result<()> {
     let mut info = Info::with_size(width, height);
-    info.color_type = ColorType::Rgb;
+    info.color_type = color;
     info.bit_depth = match bits {
         BitDepth::Eight => png::BitDepth::Eight,
         BitDepth::Sixteen => png::BitDepth::Sixteen,
@@ -165,7 +203,7 @@ mod tests {
 
     #[test]
     fn pixels_come_back_as_the_nearest_steps() {
-        let rgb: Vec<f32> = (0..3 * 7 * 5).map(|i| i as f32 / 104.0).collect();
+        let rgb: Vec<f32> = (0..3 * 7 * 5).map(|i| (i as f32 / 104.0 * 255.0).round() / 255.0).collect();
         for (bits, steps) in [(BitDepth::Eight, 255.0), (BitDepth::Sixteen, 65535.0)] {
             let file = save(OutputSpace::Srgb, bits, &rgb, 7, &[]);
             let mut reader = png::Decoder::new(io::Cursor::new(file)).read_info().unwrap();
@@ -223,6 +261,47 @@ mod tests {
     }
 
     #[test]
+    fn eight_bits_are_dithered() {
+        // Steps stay what they are, everywhere.
+        let side = 64;
+        for step in 0..=255_u8 {
+            let flat = vec![f32::from(step) / 255.0; 3 * side * side];
+            assert!(quantize(&flat, side as u32, 3, BitDepth::Eight).iter().all(|byte| *byte == step), "{step}");
+        }
+        // Between two steps every patch of 8 x 8 pixels has the right mean, in grey.
+        for share in [0.1, 0.25, 0.5, 0.8] {
+            let flat = vec![(100.0 + share) / 255.0; 3 * side * side];
+            let bytes = quantize(&flat, side as u32, 3, BitDepth::Eight);
+            assert!(bytes.chunks(3).all(|pixel| pixel[0] == pixel[1] && pixel[1] == pixel[2]));
+            for (top, left) in [(0, 0), (8, 40), (33, 17), (56, 56)] {
+                let patch = (0..64).map(|i| f64::from(bytes[3 * ((top + i / 8) * side + left + i % 8)]));
+                let mean = patch.sum::<f64>() / 64.0 - 100.0;
+                assert!((mean - f64::from(share)).abs() < 0.05, "{share}: {mean} at {top}, {left}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_fourth_number_is_how_opaque_a_pixel_is() {
+        let rgba: Vec<f32> = (0..7 * 5).flat_map(|i| [0.2, 0.4, 0.6, i as f32 / 34.0]).collect();
+        for bits in [BitDepth::Eight, BitDepth::Sixteen] {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("x.png");
+            write_png(&path, 7, 5, &rgba, bits, OutputSpace::Srgb, &[], &|| false).unwrap();
+            let mut reader = png::Decoder::new(io::Cursor::new(fs::read(path).unwrap())).read_info().unwrap();
+            let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+            assert_eq!(reader.next_frame(&mut bytes).unwrap().color_type, ColorType::Rgba);
+            let step = if bits == BitDepth::Eight { 1 } else { 2 };
+            for (i, pixel) in bytes.chunks(4 * step).enumerate() {
+                let high = [0, 1, 2, 3].map(|c| i32::from(pixel[c * step]));
+                assert_eq!(high[..3], [51, 102, 153]);
+                // (The upper byte of 65535 v is that of 255 v or the one below.)
+                assert!((high[3] - (i as f64 / 34.0 * 255.0).round() as i32).abs() < step as i32, "{i}: {high:?}");
+            }
+        }
+    }
+
+    #[test]
     fn wrong_shapes_and_values_are_no_panic() {
         let path = Path::new("/nonexistent/x.png");
         let try_it = |width, height, len| {
@@ -233,7 +312,7 @@ mod tests {
         assert!(try_it(0, 2, 0).to_string().contains("got 0 x 2"));
         assert!(try_it(u32::MAX, u32::MAX, 3).to_string().contains("got 3"));
         assert!(matches!(try_it(1, 1, 3), FileError::Write { .. }));
-        assert_eq!(quantize(&[f32::NAN, f32::INFINITY, -2.0], BitDepth::Eight), [0, 255, 0]);
-        assert_eq!(quantize(&[f32::NAN, 9.0, -2.0], BitDepth::Sixteen), [0, 0, 255, 255, 0, 0]);
+        assert_eq!(quantize(&[f32::NAN, f32::INFINITY, -2.0], 1, 3, BitDepth::Eight), [0, 255, 0]);
+        assert_eq!(quantize(&[f32::NAN, 9.0, -2.0], 1, 3, BitDepth::Sixteen), [0, 0, 255, 255, 0, 0]);
     }
 }

@@ -67,7 +67,7 @@ fn header_end(bytes: &[u8]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{BitDepth, OutputSpace, Planes, write_exr, write_png};
+    use crate::{BitDepth, OutputSpace, Picture, Plane, Values, write_exr, write_png};
 
     #[test]
     fn only_whole_pictures_of_the_size_pass() {
@@ -76,9 +76,9 @@ mod tests {
         let values = vec![0.25_f32; 20 * 10 * 3];
         let stop = || false;
         write_png(&png, 20, 10, &values, BitDepth::Eight, OutputSpace::Srgb, &[], &stop).unwrap();
-        let plane = &values[..200];
-        let planes = Planes { width: 20, height: 10, xyz: &values, depth: plane, thickness_nm: plane, normal: &values };
-        write_exr(&exr, &planes, &[], &stop).unwrap();
+        let depth = Plane { channels: vec!["depth.Z".into()], values: Values::Single(&values[..200]) };
+        let picture = Picture { width: 20, height: 10, xyz: &values, is_half: false, planes: vec![depth] };
+        write_exr(&exr, &picture, &[], &stop).unwrap();
         for path in [png, exr] {
             let bytes = std::fs::read(path).unwrap();
             assert_eq!(check_picture(&bytes, 20, 10), Ok(()));

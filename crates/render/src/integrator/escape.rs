@@ -24,6 +24,9 @@ pub struct Escaped {
     /// Sum of s and p weights: spectrum of path i from `i * blocks`. Empty for paths that met nothing.
     pub carried: Vec<Lanes>,
     pub count: usize,
+    /// The batch of samples that paths from now on belong to, and that of each path.
+    pub batch: usize,
+    batches: [usize; LANES],
 }
 
 impl Escaped {
@@ -34,6 +37,8 @@ impl Escaped {
             shares: [Share { maps: 1.0, sun: None }; LANES],
             carried: vec![Lanes::ZERO; blocks * LANES],
             count: 0,
+            batch: 0,
+            batches: [0; LANES],
         }
     }
 
@@ -42,7 +47,7 @@ impl Escaped {
         let at = self.count;
         let [x, y, z] = &mut self.directions;
         (x.0[at], y.0[at], z.0[at]) = (direction.x as f32, direction.y as f32, direction.z as f32);
-        self.shares[at] = share;
+        (self.shares[at], self.batches[at]) = (share, self.batch);
         self.count += 1;
         at
     }
@@ -66,7 +71,12 @@ impl Tracer<'_> {
         let lights = &self.spectra.lights;
         let [red, green, blue] = lights.map_rgb(simd, &self.escaped.directions);
         let mut xyz = [f32x16::splat(simd, 0.0); 3];
+        let mut batch = self.escaped.batches[0];
         for path in 0..self.escaped.count {
+            if self.escaped.batches[path] != batch {
+                self.add(batch, &Sums(xyz));
+                (xyz, batch) = ([f32x16::splat(simd, 0.0); 3], self.escaped.batches[path]);
+            }
             let Share { maps, sun } = self.escaped.shares[path];
             let rgb = [red[path] * maps, green[path] * maps, blue[path] * maps];
             for block in 0..self.blocks {
@@ -81,7 +91,7 @@ impl Tracer<'_> {
             }
         }
         self.escaped.count = 0;
-        self.add(&Sums(xyz));
+        self.add(batch, &Sums(xyz));
     }
 
     /// The same for camera rays that met nothing.
@@ -92,19 +102,27 @@ impl Tracer<'_> {
         }
         let lights = &self.spectra.lights;
         let rgb = lights.map_rgb(simd, &self.bare.directions);
-        let mut sum = [0.0_f64; 3];
-        for (sum, lanes) in sum.iter_mut().zip(&rgb) {
-            *sum = lanes[..self.bare.count].iter().map(|&v| f64::from(v)).sum();
-        }
-        for (total, part) in self.xyz.iter_mut().zip(lights.xyz(sum)) {
-            *total += part;
-        }
-        for share in &self.bare.shares[..self.bare.count] {
-            if let Some(sun) = share.sun {
-                for (total, part) in self.xyz.iter_mut().zip(lights.suns[sun].xyz) {
-                    *total += part;
+        let count = self.bare.count;
+        let mut start = 0;
+        while start < count {
+            let batch = self.bare.batches[start];
+            let own = self.bare.batches[start..count].iter().take_while(|&&other| other == batch).count();
+            let mut sum = [0.0_f64; 3];
+            for (sum, lanes) in sum.iter_mut().zip(&rgb) {
+                *sum = lanes[start..start + own].iter().map(|&v| f64::from(v)).sum();
+            }
+            let total = &mut self.batches[batch];
+            for (total, part) in total.iter_mut().zip(lights.xyz(sum)) {
+                *total += part;
+            }
+            for share in &self.bare.shares[start..start + own] {
+                if let Some(sun) = share.sun {
+                    for (total, part) in total.iter_mut().zip(lights.suns[sun].xyz) {
+                        *total += part;
+                    }
                 }
             }
+            start += own;
         }
         self.bare.count = 0;
     }

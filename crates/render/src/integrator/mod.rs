@@ -34,6 +34,7 @@ use crate::geometry::{Hit, frame};
 use crate::medium_stack::MediumStack;
 use crate::prepare::{Material, Prepared, Spectra};
 use crate::sampler::Choices;
+use crate::variance::MOST_BATCHES;
 
 /// Luminance (of 1 at the camera) below which a branch survives only by chance. One such choice makes noise of at most
 /// half of this times the deviation of the light from its mean; docs/evidence/performance.md has the trade against time.
@@ -120,8 +121,11 @@ pub struct Tracer<'a> {
     escaped: Escaped,
     /// Camera rays that meet nothing.
     bare: Escaped,
-    /// XYZ of the pixel so far.
-    xyz: [f64; 3],
+    /// X, Y, Z of the pixel so far, and the share of its rays that nothing bent or stopped (for pictures without their
+    /// backdrop), by batches of samples.
+    batches: Vec<[f64; 4]>,
+    /// The batch of the samples that are traced.
+    batch: usize,
     failure: Option<PathFailure>,
     /// Where paths were scattered last, by slot.
     scattered: Vec<Scattered>,
@@ -146,20 +150,39 @@ impl<'a> Tracer<'a> {
             free: (0..slots).rev().collect(),
             escaped: Escaped::new(blocks),
             bare: Escaped::new(0),
-            xyz: [0.0; 3],
+            batches: vec![[0.0; 4]; MOST_BATCHES + 1],
+            batch: 0,
             failure: None,
             scattered: vec![Scattered::default(); slots],
             thicknesses: Vec::new(),
         }
     }
 
-    /// The sum of XYZ over all rays since the last call, or why there is none. Either way it starts afresh.
+    /// Which batch the rays from now on belong to, at most [`MOST_BATCHES`].
     #[inline(always)]
-    pub fn take_xyz<S: Simd>(&mut self, simd: S) -> Result<[f64; 3], PathFailure> {
+    pub fn begin_batch(&mut self, batch: usize) {
+        self.batch = batch;
+        (self.escaped.batch, self.bare.batch) = (batch, batch);
+    }
+
+    /// Ends a pixel: what each batch came to can then be taken; or tells why there is nothing. Either way it starts afresh.
+    #[inline(always)]
+    pub fn finish<S: Simd>(&mut self, simd: S) -> Result<(), PathFailure> {
         self.add_environment(simd);
         self.add_environment_unscattered(simd);
-        let xyz = std::mem::take(&mut self.xyz);
-        self.failure.take().map_or(Ok(xyz), Err)
+        match self.failure.take() {
+            None => Ok(()),
+            Some(failure) => {
+                self.batches.fill([0.0; 4]);
+                Err(failure)
+            }
+        }
+    }
+
+    /// The sums of a batch over its rays.
+    #[inline(always)]
+    pub fn take_batch(&mut self, batch: usize) -> [f64; 4] {
+        std::mem::take(&mut self.batches[batch])
     }
 
     /// Adds what arrives at the camera along a ray; false once the pixel cannot be finished.
@@ -172,7 +195,7 @@ impl<'a> Tracer<'a> {
                 return true;
             }
             for c in 0..3 {
-                self.xyz[c] += lights.uniform_xyz[c];
+                self.batches[self.batch][c] += lights.uniform_xyz[c];
             }
             if lights.depend_on_direction() {
                 self.bare.push(ray.direction, Share { maps: 1.0, sun: lights.sun_at(ray.direction) });
@@ -215,7 +238,7 @@ impl<'a> Tracer<'a> {
                 return false;
             }
         }
-        self.add(&sums);
+        self.add(self.batch, &sums);
         true
     }
 
@@ -375,11 +398,12 @@ impl<'a> Tracer<'a> {
 
     /// Not `map`: closures are not compiled for the wider instructions.
     #[inline(always)]
-    fn add<S: Simd>(&mut self, sums: &Sums<S>) {
+    fn add<S: Simd>(&mut self, batch: usize, sums: &Sums<S>) {
         let [x, y, z] = sums.0;
-        self.xyz[0] += f64::from(x.reduce_sum());
-        self.xyz[1] += f64::from(y.reduce_sum());
-        self.xyz[2] += f64::from(z.reduce_sum());
+        let total = &mut self.batches[batch];
+        total[0] += f64::from(x.reduce_sum());
+        total[1] += f64::from(y.reduce_sum());
+        total[2] += f64::from(z.reduce_sum());
     }
 
     #[inline(always)]

@@ -14,14 +14,19 @@ from iridesce.cli.reading import (
     assignment,
     changed_scene,
     check_picture,
+    crop_in_pixels,
     exposure_in_stops,
     load_scene,
     plain_name,
+    shard_of,
     size_in_pixels,
 )
 
 if TYPE_CHECKING:
     from iridesce.image import Image
+
+# Shorter renders leave no journal behind when they are killed: they are sooner made again.
+_JOURNAL_AFTER_S = 10.0
 
 
 def verb(
@@ -39,6 +44,21 @@ def verb(
     seed: Annotated[int | None, typer.Option(help="Another seed gives other, independent noise.")] = None,
     threads: ThreadsOption = None,
     exposure: Annotated[str, typer.Option(metavar="E", help='Stops for the .png, or "auto".')] = "auto",
+    until: Annotated[
+        float | None, typer.Option(metavar="E", help="Go on until the median relative error of Y is below E.")
+    ] = None,
+    time_: Annotated[float | None, typer.Option("--time", metavar="S", help="Go on for S seconds.")] = None,
+    crop: Annotated[str | None, typer.Option(metavar="X,Y,W,H", help="Only this part of the picture, pixels.")] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with FILE.journal of a render that was killed.")
+    ] = False,
+    shard: Annotated[
+        str | None, typer.Option(metavar="I/N", help="Only the I-th of N shares, from 1; `merge` joins them.")
+    ] = None,
+    space: Annotated[str, typer.Option(help="Of the .png: srgb, display-p3 or rec2020.")] = "srgb",
+    gamut: Annotated[str, typer.Option(help="Colours outside it: hue (kept) or clip.")] = "hue",
+    bits: Annotated[int, typer.Option(help="Of a channel of the .png: 8 or 16.")] = 8,
+    half: Annotated[bool, typer.Option("--half", help="Half floats in the .exr.")] = False,
     set_: SetOption = None,
     allow_outside: OutsideOption = False,
     as_json: JsonOption = False,
@@ -51,13 +71,33 @@ def verb(
     paths = output or [Path(plain_name(scene) + suffix) for suffix in (".png", ".exr")]
     for path in paths:
         check_picture(path)
+    part = None if crop is None else crop_in_pixels(crop)
+    share = shard_of(shard)
+    # A slip is told before a long render, not after it.
+    for name, value, allowed in (
+        ("space", space, ("srgb", "display-p3", "rec2020")),
+        ("gamut", gamut, ("hue", "clip")),
+        ("bits", bits, (8, 16)),
+    ):
+        if value not in allowed:
+            wanted = ", ".join(str(word) for word in allowed)
+            raise typer.BadParameter(f"wanted one of {wanted}, got {value!r:.60}", param_hint=f"--{name}")
 
-    import iridesce as ir
+    from iridesce.rendering.journal import Keep
+    from iridesce.rendering.pictures import draw
 
     started = time.perf_counter()
-    image = ir.render(loaded, samples=samples, seed=seed, size=width_height, threads=threads, progress=True)
+    journal = paths[0].with_name(f"{paths[0].name}.journal")
+    if journal.exists() and not resume:
+        note(f"note: {journal} of a render that was killed is there; --resume would go on with it")
+    asked: dict[str, Any] = {"samples": samples, "seed": seed, "size": width_height, "threads": threads}
+    asked |= {"until": until, "time_s": time_, "crop": part, "shard": share}
+    keep = Keep(journal, _JOURNAL_AFTER_S, resume)
+    image = draw(loaded, asked, keep, progress=True)
     for path in paths:
-        image.save(path, exposure=stops)
+        image.save(path, exposure=stops, space=space, gamut=gamut, bits=bits, half=half)
+    if keep.is_ours():
+        journal.unlink(missing_ok=True)
     seconds = time.perf_counter() - started
     if as_json:
         facts = {key: value for key, value in image.metadata.items() if key != "scene"}

@@ -1,0 +1,270 @@
+//! What the samples of a tile have added up to: all that a journal keeps of it, and all that its planes are made of.
+
+use fearless_simd::Simd;
+use iridesce_numerics::Watch;
+
+use crate::failure::{PathFailure, describe};
+use crate::framebuffer::{RenderError, TilePlanes};
+use crate::integrator::Tracer;
+use crate::prepare::Prepared;
+use crate::refraction::shown;
+use crate::sampler::PixelSampler;
+use crate::tiles::Rect;
+use crate::variance::variance_of_mean;
+
+/// Numbers that are added up for a pixel: X, Y, Z, and the share of its rays that nothing bent or stopped.
+const SUMS: usize = 4;
+
+/// Sums over the samples so far.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TileSums {
+    /// Samples of each pixel.
+    pub samples: u32,
+    /// [`SUMS`] numbers a pixel.
+    sums: Vec<f64>,
+    spread: Spread,
+}
+
+/// What is known of the spread of Y.
+#[derive(Debug, Clone, PartialEq)]
+enum Spread {
+    /// Mean Y of each pixel in each batch of so many samples, batch after batch.
+    Batches(u32, Vec<Vec<f32>>),
+    /// The variance of each pixel's mean.
+    Variance(Vec<f32>),
+}
+
+impl TileSums {
+    /// No samples yet.
+    pub fn new(tile: Rect) -> TileSums {
+        TileSums { samples: 0, sums: vec![0.0; SUMS * tile.pixels()], spread: Spread::Batches(0, Vec::new()) }
+    }
+
+    /// Bytes of a pixel whose spread is known by so many batches.
+    pub const fn bytes_per_pixel(batches: usize) -> u64 {
+        (SUMS * size_of::<f64>() + batches * size_of::<f32>()) as u64
+    }
+
+    /// Adds `samples` more to every pixel, in batches of `size`. [`RenderError::Cancelled`] within 1024 samples of the watch
+    /// saying so; the sums are then of no use.
+    #[inline(always)]
+    pub fn add<S: Simd>(
+        &mut self,
+        simd: S,
+        scene: &Prepared,
+        tile: Rect,
+        [samples, size]: [u32; 2],
+        watch: &Watch,
+    ) -> Result<(), RenderError> {
+        let (first, whole) = (self.samples, (samples / size) as usize);
+        let mut batches = vec![vec![0.0_f32; tile.pixels()]; whole];
+        // One tracer a level of spectra; most tiles need the first only.
+        let mut tracers: Vec<Option<Tracer<'_>>> = scene.levels.iter().map(|_| None).collect();
+        for (pixel, sums) in self.sums.chunks_exact_mut(SUMS).enumerate() {
+            let (x, y) = place(tile, pixel);
+            let sampler = PixelSampler::new(scene.seed, u64::from(y) << 32 | u64::from(x));
+            // A pixel that shows finer fringes than its spectra resolve starts again with finer ones.
+            let mut level = 0;
+            let tracer = loop {
+                let tracer = tracers[level].get_or_insert_with(|| Tracer::new(scene, level));
+                for sample in 0..samples {
+                    // Not once a pixel: a pixel of a million samples takes seconds.
+                    if sample % 1024 == 0 && watch.is_stopped() {
+                        return Err(RenderError::Cancelled);
+                    }
+                    tracer.begin_batch((sample / size) as usize);
+                    let (dx, dy) = sampler.point(first + sample);
+                    let mut choices = sampler.choices(first + sample);
+                    let ray = scene.camera.ray_through_lens(f64::from(x) + dx, f64::from(y) + dy, &mut choices);
+                    if !tracer.trace(simd, ray, &mut choices) {
+                        break;
+                    }
+                }
+                match tracer.finish(simd) {
+                    Ok(()) => break tracers[level].as_mut(),
+                    Err(PathFailure::NeedsLevel(finer)) => level = finer,
+                    Err(failure) => return Err(describe(scene, failure)),
+                }
+            };
+            let Some(tracer) = tracer else { unreachable!("it has just traced") };
+            // Samples beyond the last whole batch have one of their own, which says nothing of the spread.
+            for batch in 0..=whole {
+                let own = tracer.take_batch(batch);
+                for (sum, part) in sums.iter_mut().zip(own) {
+                    *sum += part;
+                }
+                if let Some(means) = batches.get_mut(batch) {
+                    means[pixel] = (own[1] / f64::from(size)) as f32;
+                }
+            }
+        }
+        self.samples += samples;
+        if let Spread::Batches(own_size, own) = &mut self.spread {
+            *own_size = size;
+            own.extend(batches);
+        }
+        Ok(())
+    }
+
+    /// Joins neighbouring batches into ones of twice the size.
+    pub fn join_batches(&mut self) {
+        let Spread::Batches(size, batches) = &mut self.spread else { return };
+        *size *= 2;
+        let joined = batches.chunks_exact(2).map(|pair| {
+            pair[0].iter().zip(&pair[1]).map(|(a, b)| (0.5 * (f64::from(*a) + f64::from(*b))) as f32).collect()
+        });
+        *batches = joined.collect();
+    }
+
+    /// How many batches there are.
+    pub fn batches(&self) -> usize {
+        match &self.spread {
+            Spread::Batches(_, batches) => batches.len(),
+            Spread::Variance(_) => 0,
+        }
+    }
+
+    /// Samples of a batch, once there is one.
+    pub fn batch_size(&self) -> Option<u32> {
+        match &self.spread {
+            Spread::Batches(size, _) if *size > 0 => Some(*size),
+            _ => None,
+        }
+    }
+
+    /// No more samples will come: of the batches only what they say is kept.
+    pub fn close(&mut self) {
+        self.spread = Spread::Variance(self.variance());
+    }
+
+    /// Variance of each pixel's mean Y.
+    pub fn variance(&self) -> Vec<f32> {
+        match &self.spread {
+            Spread::Variance(variance) => variance.clone(),
+            Spread::Batches(size, batches) => {
+                // Samples that are in no batch count as if they had the same spread.
+                let counted = f64::from(*size) * batches.len() as f64;
+                let share = (counted / f64::from(self.samples.max(1))) as f32;
+                let mut means = vec![0.0; batches.len()];
+                let of_pixel = |pixel| {
+                    means.iter_mut().zip(batches).for_each(|(mean, batch)| *mean = batch[pixel]);
+                    share * variance_of_mean(&means)
+                };
+                (0..self.sums.len() / SUMS).map(of_pixel).collect()
+            }
+        }
+    }
+
+    /// Mean Y of each pixel.
+    pub fn mean_y(&self) -> impl Iterator<Item = f64> {
+        let samples = f64::from(self.samples.max(1));
+        self.sums.chunks_exact(SUMS).map(move |sums| sums[1] / samples)
+    }
+
+    /// The planes of the tile. Those beside the colours hold what the ray through the pixel's centre meets first: a mean of
+    /// depths is no depth.
+    pub fn planes(&self, scene: &Prepared, tile: Rect) -> TilePlanes {
+        let samples = f64::from(self.samples.max(1));
+        let mut planes = TilePlanes { samples: self.samples, variance: self.variance(), ..TilePlanes::default() };
+        for (pixel, sums) in self.sums.chunks_exact(SUMS).enumerate() {
+            planes.xyz.extend(sums[..3].iter().map(|sum| (sum / samples) as f32));
+            planes.alpha.push((1.0 - sums[3] / samples) as f32);
+            let (x, y) = place(tile, pixel);
+            let centre = scene.camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let hit = scene.geometry.nearest(&centre, None);
+            let film = hit.and_then(|hit| shown(scene, centre, hit));
+            planes.depth.push(hit.map_or(f32::INFINITY, |hit| hit.distance as f32));
+            planes.object.push(hit.map_or(-1, |hit| hit.object as i32));
+            planes.thickness_nm.push(film.map_or(f32::NAN, |film| film.thickness_nm as f32));
+            planes.path_difference_nm.push(film.map_or(f32::NAN, |film| film.path_difference_nm as f32));
+            planes
+                .normal
+                .extend(hit.map_or([0.0; 3], |hit| [hit.normal.x, hit.normal.y, hit.normal.z].map(|v| v as f32)));
+        }
+        planes
+    }
+
+    /// As a journal keeps it: little-endian, samples, batch size, number of batches, sums, then batches or variance.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let (size, count) = match &self.spread {
+            Spread::Batches(size, batches) => (*size, batches.len() as u32),
+            Spread::Variance(_) => (0, 0),
+        };
+        [self.samples, size, count].iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+        self.sums.iter().for_each(|sum| bytes.extend(sum.to_le_bytes()));
+        let mut add = |values: &[f32]| values.iter().for_each(|value| bytes.extend(value.to_le_bytes()));
+        match &self.spread {
+            Spread::Batches(_, batches) => batches.iter().for_each(|batch| add(batch)),
+            Spread::Variance(variance) => add(variance),
+        }
+        bytes
+    }
+
+    /// What [`TileSums::to_bytes`] wrote; `None` where it is not of this tile.
+    pub fn from_bytes(bytes: &[u8], tile: Rect) -> Option<TileSums> {
+        let number = |at: usize| Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?));
+        let (samples, size, count) = (number(0)?, number(4)?, number(8)? as usize);
+        let pixels = tile.pixels();
+        let sums_end = 12 + 8 * SUMS * pixels;
+        let sums = bytes.get(12..sums_end)?.chunks_exact(8).map(|v| v.try_into().map(f64::from_le_bytes));
+        let rest = bytes.get(sums_end..)?.chunks_exact(4).map(|v| v.try_into().map(f32::from_le_bytes));
+        let rest: Vec<f32> = rest.collect::<Result<_, _>>().ok()?;
+        let is_closed = size == 0;
+        if rest.len() != pixels * if is_closed { 1 } else { count } || samples == 0 {
+            return None;
+        }
+        let spread = if is_closed {
+            Spread::Variance(rest)
+        } else {
+            Spread::Batches(size, rest.chunks_exact(pixels).map(<[f32]>::to_vec).collect())
+        };
+        Some(TileSums { samples, sums: sums.collect::<Result<_, _>>().ok()?, spread })
+    }
+}
+
+/// Column and row of a tile's pixel in the whole picture.
+#[inline(always)]
+fn place(tile: Rect, pixel: usize) -> (u32, u32) {
+    let pixel = pixel as u32;
+    (tile.x + pixel % tile.width, tile.y + pixel / tile.width)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TILE: Rect = Rect { x: 3, y: 4, width: 2, height: 3 };
+
+    fn sums() -> TileSums {
+        let batches = (0..4).map(|batch| (0..6).map(|pixel| ((batch * 7 + pixel) % 5) as f32).collect()).collect();
+        let sums = (0..24).map(|i| f64::from(i) / 7.0).collect();
+        TileSums { samples: 9, sums, spread: Spread::Batches(2, batches) }
+    }
+
+    #[test]
+    fn bytes_bring_a_tile_back() {
+        let mut sums = sums();
+        for _ in 0..2 {
+            let bytes = sums.to_bytes();
+            assert_eq!(TileSums::from_bytes(&bytes, TILE), Some(sums.clone()));
+            assert_eq!(TileSums::from_bytes(&bytes, Rect { width: 3, ..TILE }), None);
+            for cut in 0..bytes.len() {
+                assert_eq!(TileSums::from_bytes(&bytes[..cut], TILE), None);
+            }
+            sums.close();
+        }
+    }
+
+    #[test]
+    fn joined_batches_have_the_same_mean() {
+        let mut joined = sums();
+        joined.join_batches();
+        let Spread::Batches(size, batches) = &joined.spread else { panic!("closed") };
+        assert_eq!((*size, batches.len()), (4, 2));
+        assert_eq!(batches[0], [1.0, 2.0, 3.0, 1.5, 2.5, 1.0]);
+        // Eight of nine samples are in batches.
+        let variance = sums().variance();
+        assert!((variance[0] / variance_of_mean(&[0.0, 2.0, 4.0, 1.0]) - 8.0 / 9.0).abs() < 1e-6);
+    }
+}
