@@ -23,7 +23,7 @@ from iridesce.sweeping.needed import check_names, content, digests
 from iridesce.sweeping.points import Made, Task
 from iridesce.sweeping.store import Entry, Store, read_value
 from iridesce.sweeping.subjects import Subject
-from iridesce.sweeping.worker import PROBE, CannotLoad, CannotWrite, WrongWorker, carry, make_point
+from iridesce.sweeping.worker import PROBE, CannotLoad, CannotWrite, WrongWorker, call, carry, make_point
 
 # How long a scheduler may take to answer: at first, and later on, when it may be busy.
 CONNECT_S = 10.0
@@ -107,22 +107,34 @@ class Cluster:
             yield from self._made(make_point, tasks, arguments, answer, failed)
 
     def ask(
-        self, function: Callable[..., Any], items: Sequence[tuple[Any, ...]]
-    ) -> Iterator[tuple[int, Any, str | None]]:
-        """Call an importable function for each of some tuples; (place, answer, None) or (place, None, message) as they come."""
+        self,
+        function: Callable[..., Any],
+        common: Any,
+        items: Sequence[tuple[Any, ...]],
+        files: Mapping[str, Path] | None = None,
+    ) -> Iterator[tuple[int, Any, Exception | None]]:
+        """Call an importable function for each of some tuples: (place, answer, None) or (place, None, error) as they come.
+
+        It is called as ``function(sent, *item)``, sent being a `Sent` of ``common`` and the files.
+        """
         wanted = (_core.__version__, self.simd)
-        answers: dict[int, Any] = {}
+        names = digests(files or {})
 
         def answer(task: Task, reply: Any) -> Made:
-            answers[task.number] = reply
-            return Made(task.number, None, None)
+            return Made(task.number, reply, None)
 
-        def arguments(task: Task, _: bool) -> tuple[Any, ...]:
-            return wanted, *items[task.number]
+        with self._sent(_pickled(common), "subject") as blob, contextlib.ExitStack() as stack:
+            carried = {
+                name: stack.enter_context(self._sent(content(path), "file", names[name]))
+                for name, path in (files or {}).items()
+            }
 
-        tasks = [Task(number, {}) for number in range(len(items))]
-        for number, _, message in self._made(function, tasks, arguments, answer, _failed):
-            yield number, answers.pop(number, None), message
+            def arguments(task: Task, _: bool) -> tuple[Any, ...]:
+                return function, wanted, blob, carried, names, items[task.number]
+
+            tasks = [Task(number, {}) for number in range(len(items))]
+            for number, reply, message in self._made(call, tasks, arguments, answer, _failed):
+                yield (number, *reply) if message is None else (number, None, ConnectionError(message))
 
     def _made(
         self,

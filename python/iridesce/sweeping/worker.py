@@ -11,7 +11,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from iridesce import _core
 from iridesce.sweeping.grid import Point
@@ -70,7 +70,7 @@ def make_point(
     Returns  ("there", file, size, sha256), ("sent", ending, content) or ("failed", message)
     """
     check_worker(wanted)
-    subject = _subject(blob, files, names)
+    subject = subject_at_home(landed(blob, files, names))
     value, message = value_of(subject, point, threads or 1, _stopper())
     if message is not None:
         return "failed", message
@@ -102,29 +102,65 @@ def encoded(value: Any) -> tuple[str, bytes]:
         return ".exr", path.read_bytes()
 
 
+class Sent(NamedTuple):
+    """What was sent for many calls: the thing itself and a folder where its files lie; one object for all calls of a worker."""
+
+    name: str
+    thing: Any
+    folder: Path | None
+
+
+def call(
+    function: Callable[..., Any],
+    wanted: tuple[str, str],
+    blob: bytes,
+    files: Mapping[str, bytes],
+    names: Mapping[str, str],
+    item: tuple[Any, ...],
+) -> tuple[Any, Exception | None]:
+    """Call a function of this package with what was sent once and what is this call's own: (answer, None) or (None, error)."""
+    check_worker(wanted)
+    sent = landed(blob, files, names)
+    try:
+        return function(sent, *item), None
+    except Exception as error:
+        return None, error
+
+
 _lock = threading.Lock()
+_landed: dict[str, Sent] = {}
 _subjects: dict[str, Subject] = {}
 _seen: dict[tuple[str, str], bool] = {}
 
 
-def _subject(blob: bytes, files: Mapping[str, bytes], names: Mapping[str, str]) -> Subject:
-    """The subject, with its files in a folder of this worker's: unpacked once."""
+def landed(blob: bytes, files: Mapping[str, bytes], names: Mapping[str, str]) -> Sent:
+    """What was sent, unpacked once, with its files in a folder of this worker's."""
     name = hashlib.sha256(blob + repr(sorted(names.items())).encode()).hexdigest()
     with _lock:
-        found = _subjects.get(name)
-        if found is None:
+        if name not in _landed:
             try:
-                found = pickle.loads(blob)
+                thing = pickle.loads(blob)
             except Exception as error:
                 raise CannotLoad(f"{type(error).__name__}: {error}") from None
+            folder = None
             if files:
                 root = Path(tempfile.mkdtemp(prefix="iridesce-sweep-"))
                 atexit.register(shutil.rmtree, root, ignore_errors=True)
-                found = found.moved(lay_out(root, files))
-            while len(_subjects) >= _MOST_SUBJECTS:
-                _subjects.pop(next(iter(_subjects)))
-            _subjects[name] = found
-    return found
+                folder = lay_out(root, files)
+            while len(_landed) >= _MOST_SUBJECTS:
+                oldest = next(iter(_landed))
+                _subjects.pop(oldest, None)
+                del _landed[oldest]
+            _landed[name] = Sent(name, thing, folder)
+        return _landed[name]
+
+
+def subject_at_home(sent: Sent) -> Subject:
+    """A subject that was sent, at home with its files: one object, which keeps what its scene has read."""
+    with _lock:
+        if sent.name not in _subjects:
+            _subjects[sent.name] = sent.thing if sent.folder is None else sent.thing.moved(sent.folder)
+        return _subjects[sent.name]
 
 
 def _sees(folder: str, digest: str) -> bool:

@@ -191,6 +191,42 @@ def test_no_scheduler_at_the_address(monkeypatch: pytest.MonkeyPatch) -> None:
         clusters.check_names(["/maps/film.exr"])
 
 
+def iridesce(*words: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "iridesce", *words]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
+
+
+def test_frames_by_workers_are_those_of_this_machine(client: Any, tmp_path: Path) -> None:
+    words = ("animate", "soap-bubble", "--seconds", "0.15", "--fps", "20", "--orbit", "10", "--size", "24x16")
+    words += ("--samples", "1", "--columns", "304")
+    address = ("--dask", client.scheduler.address)
+    for where, more in (("here", ()), ("there", address)):
+        done = iridesce(*words, "-o", where, *more, folder=tmp_path)
+        assert done.returncode == 0, done.stderr
+    frames = sorted((tmp_path / "here").glob("*.png"))
+    assert len(frames) == 3 and len({frame.read_bytes() for frame in frames}) == 3
+    (tmp_path / "there" / "frame_00001.png").unlink()
+    again = iridesce(*words, "-o", "there", "--resume", "--json", *address, folder=tmp_path)
+    assert again.returncode == 0 and '"drawn": 1' in again.stdout, again.stderr
+    for frame in frames:
+        assert frame.read_bytes() == (tmp_path / "there" / frame.name).read_bytes()
+
+
+def test_fits_by_workers_are_those_of_this_machine(client: Any, tmp_path: Path) -> None:
+    from iridesce.sweeping.fits import fit_each
+
+    nm = np.linspace(450.0, 750.0, 60)
+    questions = [
+        {"wavelength_nm": nm, "measured": ir.Stack(["air", ir.Layer("SiO2", t), "Si"]).reflectance(nm), "gain": 1.0}
+        for t in (300.0, 400.0)
+    ]
+    questions = [{**one, "stack": "air / SiO2 ? / Si", "thickness_range_nm": (200.0, 500.0)} for one in questions]
+    found = fit_each(client, questions)
+    assert [one.to_dict() for one in found] == [ir.fit_thickness(**one).to_dict() for one in questions]
+    with pytest.raises(ValueError, match="measured"):
+        fit_each(client, [{**questions[0], "measured": np.full(60, np.nan)}])
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 def test_the_schedulers_death_ends_the_client_and_resume_goes_on(tmp_path: Path) -> None:

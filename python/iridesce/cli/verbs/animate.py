@@ -6,22 +6,23 @@ import math
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from iridesce._progress import progress_bar
-from iridesce.cli.answers import note, print_json
-from iridesce.cli.options import JsonOption, OutsideOption, SceneArgument, SetOption, ThreadsOption
+from iridesce.cli.answers import note, print_json, quiet_dask
+from iridesce.cli.options import DaskOption, JsonOption, OutsideOption, SceneArgument, SetOption, ThreadsOption
 from iridesce.cli.reading import assignment, changed_scene, exposure_in_stops, load_scene, size_in_pixels
 from iridesce.cli.run_folder import RunFolder
-from iridesce.files.whole import check_place, read_whole
+from iridesce.files.whole import check_place, read_whole, write_whole
 
 if TYPE_CHECKING:
     from iridesce.rendering.animation import CameraPath, FlowingFilm
     from iridesce.scene import Scene
 
 _MOST_FRAMES = 100_000
+_DRAFT_SAMPLES = 2
 # A frame of 2**27 pixels in all its planes has some ten GiB.
 _MOST_FRAME_BYTES = 16 << 30
 
@@ -55,6 +56,15 @@ def verb(
     ] = "auto",
     format_: Annotated[str, typer.Option("--format", help="Of the frames: png, exr, or both.")] = "png",
     keep_frames: Annotated[bool, typer.Option("--keep-frames", help="Keep the frames beside the video.")] = False,
+    draft: Annotated[
+        bool,
+        typer.Option(
+            "--draft",
+            help="To look at motion and colours: a third of the width and height (of the scene's, or of --size), 2 rays per "
+            "pixel unless --samples, films by their preview presets unless --columns: fewer cells, longer steps, no fine folds.",
+        ),
+    ] = False,
+    dask: DaskOption = None,
     set_: SetOption = None,
     allow_outside: OutsideOption = False,
     as_json: JsonOption = False,
@@ -78,6 +88,11 @@ def verb(
     folder = destination.folder
 
     loaded = changed_scene(load_scene(scene, allow_outside), [assignment(text) for text in set_ or []])
+    if draft:
+        loaded = _draft(loaded) if columns is None else loaded
+        samples = _DRAFT_SAMPLES if samples is None else samples
+        width, height = width_height or loaded.to_dict()["camera"]["resolution"]
+        width_height = (max(int(width) // 3, 1), max(int(height) // 3, 1))
     loaded, films = _films(loaded, columns)
     path = animation.camera_path(loaded.to_dict()["camera"], seconds, orbit, camera)
     if not films and not path.moves:
@@ -110,7 +125,11 @@ def verb(
         animation.take_up_films(loaded, films, folder)
     began = time.perf_counter()
     shot = _Shot(loaded, films, path, start, speed, fps, run, formats, threads)
-    drawn, used_stops = _draw(shot, count, known_stops)
+    if dask is None:
+        drawn, used_stops = _draw(shot, count, known_stops)
+    else:
+        quiet_dask()
+        drawn, used_stops = _draw_by(dask, shot, count, known_stops)
     if destination.video is not None and destination.ffmpeg is not None:
         animation.write_video(destination.ffmpeg, folder, fps, count, destination.video)
         if not keep_frames:
@@ -205,6 +224,63 @@ def _draw(shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
             drawn += 1
             advance(number + 1, count)
     return drawn, 0.0 if stops is None else stops
+
+
+def _draw_by(address: str, shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
+    """As `_draw`, by the workers of a cluster: the first frame, which finds the exposure, then all others side by side."""
+    from iridesce.rendering import animation
+    from iridesce.sweeping.cluster import opened
+    from iridesce.sweeping.frames import draw_frame
+    from iridesce.sweeping.subjects import SceneSubject
+
+    asked, folder = shot.run.asked, shot.run.folder
+    own_size = shot.scene.to_dict()["camera"]["resolution"]
+    size = (int(x) for x in asked["size"] or own_size)
+    wanted = (next(size), next(size))
+    names = [list(animation.frame_names(folder, number, shot.formats)) for number in range(count)]
+    missing = [n for n in range(count) if stops is None or not all(is_whole(file, wanted) for file in names[n])]
+    subject = SceneSubject(shot.scene, "image")
+    files = subject.files([])
+
+    def item(number: int, exposure: float | str) -> tuple[Any, ...]:
+        time_s = number / shot.fps
+        film_s = shot.start + shot.speed * time_s
+        how = {"samples": asked["samples"], "size": asked["size"]}
+        return shot.films, film_s, shot.path.at(time_s), how, shot.formats, exposure, shot.threads
+
+    drawn = 0
+    with progress_bar("frames", counted=True) as advance, opened(address, files=list(files)) as cluster:
+        assert cluster is not None
+        already = count - len(missing)
+        advance(already, count)
+        while missing:
+            # The exposure of the first frame is that of all.
+            now = missing if stops is not None else missing[:1]
+            exposure = asked["exposure"] if stops is None else stops
+            for place, answer, error in cluster.ask(draw_frame, subject, [item(n, exposure) for n in now], files):
+                if error is not None:
+                    raise error
+                if stops is None:
+                    stops = float(answer[0])
+                    shot.run.start(stops=stops)
+                for file, content in zip(names[now[place]], answer[1], strict=True):
+                    write_whole(file, content)
+                drawn += 1
+                advance(already + drawn, count)
+            missing = missing[len(now) :]
+    return drawn, 0.0 if stops is None else stops
+
+
+def _draft(scene: Scene) -> Scene:
+    """Films by the presets that are made for looking: coarser, in longer steps."""
+    from iridesce.rendering.animation import flowing_films
+    from iridesce.thickness import presets
+
+    for film in flowing_films(scene.to_dict()):
+        preview = f"{film.preset}-preview"
+        if preview in presets():
+            scene = scene.with_value(f"{film.key}.preset", preview)
+    return scene
 
 
 def _frames(seconds: float, fps: float) -> int:

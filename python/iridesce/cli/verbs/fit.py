@@ -7,9 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
-from iridesce.cli.answers import note, print_json
+from iridesce.cli.answers import note, print_json, quiet_dask
 from iridesce.cli.chart_file import FORMATS, write_chart
-from iridesce.cli.options import AngleOption, JsonOption, PolarizationOption, SizeOption, ThemeOption
+from iridesce.cli.options import AngleOption, DaskOption, JsonOption, PolarizationOption, SizeOption, ThemeOption
 from iridesce.cli.reading import pair
 
 
@@ -81,6 +81,7 @@ def verb(
     ] = None,
     theme: ThemeOption = "light",
     size: SizeOption = None,
+    dask: DaskOption = None,
     verbose: Annotated[bool, typer.Option("--verbose", help="Say all of how the file was read.")] = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -117,28 +118,27 @@ def verb(
             raise ValueError(f"{path}: its wavelengths are not those of {spectrum[0]}")
         return other.measured
 
-    def fitted(path: Path) -> tuple[Any, Any]:
+    def asked(path: Path) -> tuple[Any, dict[str, Any]]:
         read = read_one(path)
         inside = ~((read.wavelength_nm < from_) | (read.wavelength_nm > to))
-        result = ir.fit_thickness(
-            read.wavelength_nm[inside],
-            read.measured[inside],
-            stack,
-            quantity=quantity,
-            angle_deg=angle,
-            polarization=polarization,
-            thickness_range_nm=None if not pairs else pairs[0] if len(pairs) == 1 else pairs,
-            gain=_gain(gain),
-            baseline=baseline,
-            resolution_nm=resolution,
-            index=index,
-            probability=probability,
-            dark=None if dark is None else counts(dark, read.wavelength_nm)[inside],
-            reference=None if reference is None else counts(reference, read.wavelength_nm)[inside],
-            reference_stack=reference_stack,
-            index_tolerance=index_tolerance,
-        )
-        return read, result
+        return read, {
+            "wavelength_nm": read.wavelength_nm[inside],
+            "measured": read.measured[inside],
+            "stack": stack,
+            "quantity": quantity,
+            "angle_deg": angle,
+            "polarization": polarization,
+            "thickness_range_nm": None if not pairs else pairs[0] if len(pairs) == 1 else pairs,
+            "gain": _gain(gain),
+            "baseline": baseline,
+            "resolution_nm": resolution,
+            "index": index,
+            "probability": probability,
+            "dark": None if dark is None else counts(dark, read.wavelength_nm)[inside],
+            "reference": None if reference is None else counts(reference, read.wavelength_nm)[inside],
+            "reference_stack": reference_stack,
+            "index_tolerance": index_tolerance,
+        }
 
     if series:
         if index is not None or len(pairs) > 1 or gain in ("linear", "quadratic") or baseline not in ("auto", "none"):
@@ -146,6 +146,8 @@ def verb(
                 "a series takes no --index, one --range, a number for --gain, auto or none for --baseline",
                 param_hint="--series",
             )
+        if dask is not None:
+            raise typer.BadParameter("a series is one fit; it takes no --dask", param_hint="--dask")
         from iridesce._progress import progress_bar
 
         read = [read_one(path) for path in spectrum]
@@ -176,7 +178,15 @@ def verb(
         _series(course, spectrum, files, size, theme, as_json)
         return
 
-    answers = [(path, *fitted(path)) for path in spectrum]
+    questions = [asked(path) for path in spectrum]
+    if dask is None:
+        results = [ir.fit_thickness(**question) for _, question in questions]
+    else:
+        from iridesce.sweeping.fits import fit_each
+
+        quiet_dask()
+        results = fit_each(dask, [question for _, question in questions])
+    answers = [(path, read, result) for path, (read, _), result in zip(spectrum, questions, results, strict=True)]
     path, read, result = answers[0]
     for file in files:
         if file.suffix.lower() in rows.FORMATS:
