@@ -22,8 +22,11 @@ if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines b
     from iridesce.files.report import ReadReport as ReadReport
     from iridesce.image import Image as Image
     from iridesce.inverse import fit as fit
+    from iridesce.inverse.calibration import CameraCalibration as CameraCalibration
     from iridesce.inverse.fit import fit_thickness as fit_thickness
+    from iridesce.inverse.footage import map_thickness_video as map_thickness_video
     from iridesce.inverse.measurement import Measurement as Measurement
+    from iridesce.inverse.photograph import map_thickness as map_thickness
     from iridesce.inverse.recipe_search import recipes as recipes
     from iridesce.inverse.series import fit_series as fit_series
     from iridesce.notebooks import widget as widget
@@ -52,6 +55,9 @@ _HOME = {
     "Measurement": "inverse.measurement",
     "fit_series": "inverse.series",
     "recipes": "inverse.recipe_search",
+    "map_thickness": "inverse.photograph",
+    "map_thickness_video": "inverse.footage",
+    "CameraCalibration": "inverse.calibration",
     "ColorTable": "color.color_table",
     "Image": "image",
     "ReadReport": "files.report",

@@ -282,6 +282,55 @@ def inverse_evidence(
 def inverse_explain(
     wavelength_nm: _F64, values: _F64, sd: _F64, spectrum: _F64, length_nm: list[float], nuisance: _F64
 ) -> tuple[_F64, _F64]: ...
+def picture_noise(pixels: _F32, width: int, mask: npt.NDArray[np.bool_] | None) -> _F64: ...
+def picture_exposures(
+    pixels: _F32,
+    table_of: npt.NDArray[np.uint8] | None,
+    channels: _F32,
+    first_nm: float,
+    step_nm: float,
+    exposed: list[float],
+    threads: int | None,
+    progress: Callable[..., object] | None,
+) -> _F64: ...
+def picture_agreement(
+    pixels: _F32,
+    table_of: npt.NDArray[np.uint8] | None,
+    channels: _F32,
+    first_nm: float,
+    step_nm: float,
+    exposed: list[float],
+    thickness_nm: _F32,
+    reach_nm: float,
+) -> _F32: ...
+def picture_neighbourhood(
+    pixels: _F32,
+    width: int,
+    table_of: npt.NDArray[np.uint8] | None,
+    mask: npt.NDArray[np.bool_] | None,
+    channels: _F32,
+    first_nm: float,
+    step_nm: float,
+    exposed: list[float],
+    quarter_nm: float,
+    threads: int | None,
+) -> tuple[float, float, float, bool]: ...
+def picture_thickness(
+    pixels: _F32,
+    width: int,
+    table_of: npt.NDArray[np.uint8] | None,
+    mask: npt.NDArray[np.bool_] | None,
+    channels: _F32,
+    first_nm: float,
+    step_nm: float,
+    exposed: list[float],
+    neighbours: tuple[float, float, float],
+    quarter_nm: float,
+    ties: list[tuple[int, float]],
+    prior: tuple[_F32, _F32, float] | None,
+    threads: int | None,
+    progress: Callable[..., object] | None,
+) -> tuple[_F32, _F32, _F32, _F32, _F32, npt.NDArray[np.uint8], list[bool]]: ...
 
 # --- scene
 

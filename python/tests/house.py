@@ -46,7 +46,10 @@ MAY_USE: dict[str, set[str]] = {
 # Inside a crate that has a row, a top-level module may use the ones before it.
 MODULE_ORDER: dict[str, list[str]] = {
     "optics": ["error", "spectrum", "medium", "incidence", "fresnel", "mueller", "film", "stack", "coherence", "color"],
-    "inverse": ["error", "cholesky", "response", "evidence"],
+    "inverse": [
+        *("error", "cholesky", "response", "evidence"),
+        *("pixels", "lines", "exposure", "neighbours", "regions", "photograph"),
+    ],
 }
 
 # What stands at the top of `python/iridesce`, from the ground up: each may use the ones before it. "iridesce" is the

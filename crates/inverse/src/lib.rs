@@ -4,13 +4,26 @@
 //! unknowns that enter linearly (gain, lamp, stray light) are integrated out in closed form instead of fitted. The answers
 //! are probabilities of explanations, no film among them.
 //!
-//! The modules depend on one another in one direction only: `error -> cholesky -> response -> evidence`.
+//! The modules depend on one another in one direction only: `error -> cholesky -> response -> evidence` for spectra,
+//! `error -> pixels -> lines -> exposure -> neighbours -> regions -> photograph` for pictures.
 
 mod cholesky;
 mod error;
 mod evidence;
+mod exposure;
+mod lines;
+mod neighbours;
+mod photograph;
+mod pixels;
+mod regions;
 mod response;
 
 pub use error::InverseError;
 pub use evidence::{Explained, Measured, Nuisance, explain, log_evidences};
+pub use exposure::{Films, Fitted, Sample, agreement, exposures};
+pub use lines::Slope;
+pub use neighbours::{Neighbourhood, neighbourhood, noise};
+pub use photograph::{Map, Prior, Question, TOLD, map_thickness};
+pub use pixels::{Exposure, Photograph, PixelTable};
+pub use regions::Tie;
 pub use response::SmoothCurves;

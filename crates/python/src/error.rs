@@ -75,7 +75,12 @@ impl From<OpticsError> for Error {
 
 impl From<InverseError> for Error {
     fn from(error: InverseError) -> Error {
-        Error::value(error.to_string())
+        let message = error.to_string();
+        match error {
+            InverseError::Memory(_) => Error::resource(message),
+            InverseError::Stopped(_) => Error(PyRuntimeError::new_err(message)),
+            InverseError::Argument(_) => Error::value(message),
+        }
     }
 }
 

@@ -17,6 +17,7 @@ mod image;
 mod interrupt;
 mod inverse;
 mod medium;
+mod photograph;
 mod pool;
 mod render;
 mod scene;
@@ -38,6 +39,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     thickness::register(module)?;
     flow::register(module)?;
     inverse::register(module)?;
+    photograph::register(module)?;
     scene::register(module)?;
     render::register(module)?;
     image::register(module)?;

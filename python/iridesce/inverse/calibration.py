@@ -1,0 +1,402 @@
+"""A rig's own eye: what each channel of a camera sees under its lamp, learnt from a film whose thickness is known."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from iridesce.arguments.operands import Floats
+from iridesce.arguments.scalars import file_name, number
+from iridesce.files.whole import read_whole, write_whole
+from iridesce.inverse.model import Problem, describe, read_problem
+from iridesce.inverse.pictures import Picture, clip_levels, corrected, read_mask, read_picture
+from iridesce.inverse.views import View, of_response, reflectances, wavelengths
+
+_FORMAT = "iridesce camera calibration"
+_MOST_BYTES = 1 << 22
+# Wavelengths of the response, nm: hats as wide as rings of a few um can tell apart.
+_KNOTS = np.arange(390.0, 771.0, 10.0)
+# Thicknesses over which pixels are averaged.
+_BINS = 700
+_LEAST_BIN = 4
+# A film must show so much of its colours: from its thinnest to its thickest, nm of optical path.
+_LEAST_SPAN_NM = 250.0
+# Weights of the roughness that are tried, of the normal matrix.
+_ROUGH = np.geomspace(1e-7, 1e1, 17)
+# Relative uncertainty of the scale that a lens leaves (two pictures of one rig), when its radius is exact.
+_SCALE_SD = 0.004
+# Contact gaps that are tried where the thickness is a model, nm, and with which roughness.
+_GAPS_NM = np.arange(-60.0, 61.0, 15.0)
+_GAP_ROUGH = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class CameraCalibration:
+    """What each channel of a rig sees, lamp included: effective spectra, relative to their common sum.
+
+    wavelength_nm  of the response, nm                                                (n,)
+    response       weight of each wavelength in red, green and blue                   (n, 3)
+    haze           light of each channel that is no film's, in units of a white surface
+    misfit         root mean square of what the known film leaves, of its contrast
+    gap_nm         what had to be added to the thickness that was given
+    center         (x, y) of the model, pixels; None where a map was given
+    stack          of the known film
+    made           when
+
+    A film of known shape is a spectrometer: as its thickness grows each channel runs through its interferogram. A lens of known
+    radius on a plate is the best of them.
+
+    >>> import numpy as np
+    >>> import iridesce as ir
+    >>> y, x = np.mgrid[0:80, 0:80]
+    >>> gap = 0.6 * ((x - 40.0) ** 2 + (y - 40.0) ** 2)
+    >>> seen = ir.Stack(["N-BK7", ir.Layer("air", gap), "N-BK7"]).color(space="linear-srgb")
+    >>> rig = ir.CameraCalibration.from_known(seen, "N-BK7 / air ? / N-BK7", gap)
+    >>> [int(nm) for nm in rig.wavelength_nm[rig.response.argmax(axis=0)]][1:]
+    [540, 450]
+    """
+
+    wavelength_nm: Floats = field(repr=False)
+    response: Floats = field(repr=False)
+    haze: tuple[float, float, float]
+    misfit: float
+    gap_nm: float
+    center: tuple[float, float] | None
+    stack: str
+    made: str
+
+    @classmethod
+    def from_known(
+        cls,
+        image: Any,
+        stack: Any,
+        thickness_nm: Any,
+        *,
+        pixel_um: float | None = None,
+        center: tuple[float, float] | None = None,
+        dark: Any = None,
+        flat: Any = None,
+        mask: npt.ArrayLike | None = None,
+    ) -> CameraCalibration:
+        """Learns the response from a picture of a film of known thickness.
+
+        y_c(h) = sum q_c(l) R(l, h) + o_c with q_c >= 0 and smooth, as smooth as the noise allows (discrepancy principle). Bias of
+        the gap is fitted with it and is then not independent; slope, order and radius are.
+
+        image        as for `map_thickness`
+        stack        with one unknown layer: "N-BK7 / air ? / N-BK7"
+        thickness_nm  nm of every pixel (h, w), NaN where unknown; or `iridesce.thickness.lens_gap` or `wedge`, laid out by
+                     pixel_um around center (x to the right, y up, millimetres)
+        pixel_um     side of a pixel in the film's plane; needed for a model
+        center       (x, y) of the model's origin, pixels; None: found (the point about which the picture is symmetric)
+        dark, flat, mask  as for `map_thickness`
+        Returns      CameraCalibration
+        Raises       ValueError: shapes, no model without pixel_um, too few thicknesses, a picture that does not show this film
+        Source       docs/guide/photographs.md
+
+        >>> import numpy as np
+        >>> import iridesce as ir
+        >>> gap = np.linspace(0.0, 2500.0, 200) + np.zeros((20, 1))
+        >>> seen = ir.Stack(["N-BK7", ir.Layer("air", gap), "N-BK7"]).color(space="linear-srgb")
+        >>> ir.CameraCalibration.from_known(seen, "N-BK7 / air ? / N-BK7", gap).misfit < 0.02
+        True
+        """
+        problem = read_problem(stack, None, None, "reflectance", 0.0, "unpolarized")
+        if len(problem.unknown) != 1:
+            raise ValueError(f"stack must have one unknown thickness, got {len(problem.unknown)}")
+        picture = corrected(read_picture(image), flat, dark)
+        usable = np.isfinite(picture.pixels).all(axis=2) & ~read_mask(mask, picture.shape)
+        usable &= (picture.pixels < clip_levels(picture, usable, None, [])).all(axis=2)
+        if not usable.any():
+            raise ValueError("mask, NaN or full channels leave no pixel of the picture")
+        if callable(getattr(thickness_nm, "at_point", None)):
+            if pixel_um is None:
+                raise ValueError("pixel_um is needed to lay out a thickness model")
+            pixel_mm = 1e-3 * number("pixel_um", pixel_um, low=0.0, high=1e6, includes_low=False)
+            place = _center(center, picture, usable)
+            known = _laid_out(thickness_nm, picture.shape, pixel_mm, place)
+        else:
+            known = np.asarray(thickness_nm, dtype=np.float64)
+            if known.shape != picture.shape:
+                raise ValueError(f"thickness_nm must hold a value for each pixel {picture.shape}, got {known.shape}")
+            place = None
+        usable &= np.isfinite(known)
+        if not usable.any() or (known[usable] < 0.0).any():
+            raise ValueError("thickness_nm must be >= 0, and known somewhere that is not masked")
+        gap = _contact_gap(problem, picture, known, usable) if place is not None else 0.0
+        best = _fit(problem, picture, known + gap, usable)
+        if best.misfit > 0.25:
+            raise ValueError(
+                f"the picture does not show this film: {100.0 * best.misfit:.0f} % of its contrast is left over "
+                "(center, pixel_um, stack, or a curve that is not linear)"
+            )
+        scale = best.response.sum(axis=0).mean()
+        red, green, blue = (best.haze / scale).tolist()
+        return cls(
+            _KNOTS.copy(),
+            best.response / scale,
+            (red, green, blue),
+            best.misfit,
+            gap,
+            place,
+            describe(problem),
+            datetime.now(UTC).isoformat(timespec="seconds"),
+        )
+
+    @property
+    def scale_sd(self) -> float:
+        """Relative standard deviation of thicknesses found with it, its own film being exact."""
+        return math.hypot(_SCALE_SD, 0.05 * self.misfit)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes it as JSON.
+
+        path       ends in .json
+        Raises     ValueError: another ending; OSError where it cannot be written
+
+        >>> import pathlib, tempfile
+        >>> import numpy as np
+        >>> import iridesce as ir
+        >>> gap = np.linspace(0.0, 2500.0, 200) + np.zeros((20, 1))
+        >>> seen = ir.Stack(["N-BK7", ir.Layer("air", gap), "N-BK7"]).color(space="linear-srgb")
+        >>> rig = ir.CameraCalibration.from_known(seen, "N-BK7 / air ? / N-BK7", gap)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     rig.save(pathlib.Path(folder, "rig.json"))
+        ...     bool((ir.CameraCalibration.load(pathlib.Path(folder, "rig.json")).response == rig.response).all())
+        True
+        """
+        name = file_name(path, (".json",))
+        tree = {
+            "format": _FORMAT,
+            "version": 1,
+            "stack": self.stack,
+            "made": self.made,
+            "misfit": self.misfit,
+            "gap_nm": self.gap_nm,
+            "center": None if self.center is None else list(self.center),
+            "haze": list(self.haze),
+            "wavelength_nm": self.wavelength_nm.tolist(),
+            "response": self.response.tolist(),
+        }
+        write_whole(Path(name), (json.dumps(tree, indent=1) + "\n").encode())
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> CameraCalibration:
+        """Reads what `save` wrote.
+
+        path       the file
+        Returns    CameraCalibration
+        Raises     ValueError naming the file: missing, no calibration, numbers that cannot be
+
+        >>> import iridesce as ir
+        >>> ir.CameraCalibration.load("none.json")
+        Traceback (most recent call last):
+        ValueError: none.json: no such file
+        """
+        label = file_name(path)
+        content = read_whole(label, _MOST_BYTES, "no calibration is")
+        try:
+            tree = json.loads(content)
+            if tree["format"] != _FORMAT:
+                raise KeyError("format")
+            nm = np.array(tree["wavelength_nm"], dtype=np.float64)
+            response = np.array(tree["response"], dtype=np.float64)
+            red, green, blue = (float(value) for value in tree["haze"])
+            misfit, gap = float(tree["misfit"]), float(tree["gap_nm"])
+            center = None if tree["center"] is None else (float(tree["center"][0]), float(tree["center"][1]))
+            stack, made = str(tree["stack"]), str(tree["made"])
+        except (ValueError, KeyError, TypeError, IndexError, RecursionError, OverflowError):
+            raise ValueError(f"{label}: is not the JSON of a camera calibration (CameraCalibration.save)") from None
+        is_good = nm.ndim == 1 and nm.size >= 8 and response.shape == (nm.size, 3)
+        if not (
+            is_good and np.isfinite(response).all() and (response >= 0.0).all() and (response.sum(axis=0) > 0.0).all()
+        ):
+            raise ValueError(
+                f"{label}: wavelength_nm and response must be n and n x 3 numbers >= 0, no channel without light"
+            )
+        if not ((np.diff(nm) > 0.0).all() and nm[0] >= 100.0 and nm[-1] <= 3000.0 and math.isfinite(misfit)):
+            raise ValueError(f"{label}: wavelength_nm must ascend within 100 to 3000, and misfit be finite")
+        return cls(nm, response, (red, green, blue), misfit, gap, center, stack, made)
+
+    def _views(self, problem: Problem, grid: Floats, angles: Floats) -> list[View]:
+        """The tables of films as this rig sees them."""
+        nm = wavelengths(float(grid[-1]), 1.5)
+        columns = [np.interp(nm, self.wavelength_nm, one, left=0.0, right=0.0) for one in self.response.T]
+        spectra = reflectances(problem, grid, angles, nm).astype(np.float32)
+        found = of_response("calibration", "calibration", np.stack(columns, axis=1), spectra)
+        # The balance of the channels was measured: it is as it is.
+        return found[-1:]
+
+
+def _laid_out(model: Any, shape: tuple[int, int], pixel_mm: float, center: tuple[float, float]) -> Floats:
+    y, x = np.mgrid[0 : shape[0], 0 : shape[1]]
+    across, up = (x - center[0]) * pixel_mm, (center[1] - y) * pixel_mm
+    if callable(getattr(model, "at_radius", None)) and "lens_gap" in model.to_scene():
+        return np.asarray(model.at_radius(np.hypot(across, up)), dtype=np.float64)
+    points = np.stack([across, up, np.zeros_like(across)], axis=-1)
+    return np.asarray(model.at_point(points), dtype=np.float64)
+
+
+def _center(given: Any, picture: Picture, usable: npt.NDArray[np.bool_]) -> tuple[float, float]:
+    height, width = picture.shape
+    if given is not None:
+        try:
+            x, y = (float(value) for value in given)
+        except (TypeError, ValueError):
+            raise ValueError(f"center must be (x, y) in pixels, got {given!r:.60}") from None
+        if not (math.isfinite(x) and math.isfinite(y)):
+            raise ValueError(f"center must be finite, got ({x}, {y})")
+        return x, y
+    # The picture turned by half a turn about its centre of symmetry is itself: the peak of its correlation with itself turned.
+    light = np.where(usable[..., None], picture.pixels, np.nan).astype(np.float64)
+    light = np.nan_to_num(light - np.nanmean(light, axis=(0, 1)), nan=0.0)
+    total = np.zeros((2 * height, 2 * width))
+    for c in range(3):
+        spectrum = np.fft.rfft2(light[..., c], total.shape)
+        total += np.fft.irfft2(spectrum * spectrum, total.shape)
+    row, column = np.unravel_index(int(total.argmax()), total.shape)
+
+    def between(values: Floats, at: int) -> float:
+        low, mid, high = values[at - 1], values[at], values[(at + 1) % values.size]
+        bend = low - 2.0 * mid + high
+        return at + (0.5 * (low - high) / bend if bend < 0.0 else 0.0)
+
+    return 0.5 * between(total[row], int(column)), 0.5 * between(total[:, column], int(row))
+
+
+@dataclass(frozen=True)
+class _Fit:
+    response: Floats
+    haze: Floats
+    misfit: float
+
+
+def _contact_gap(problem: Problem, picture: Picture, known: Floats, usable: npt.NDArray[np.bool_]) -> float:
+    """What is to be added to a model's thickness: the least of the misfit, by a parabola."""
+
+    def left(gap: float) -> float:
+        thickness, means, _ = _profile(known + gap, picture, usable)
+        columns = np.column_stack([_design(problem, thickness), np.ones(thickness.size)])
+        size = float(np.trace(columns[:, :-1].T @ columns[:, :-1])) / _KNOTS.size
+        normal = columns.T @ columns + _GAP_ROUGH * size * _roughness()
+        rest = [mean - columns @ _not_negative(normal, columns.T @ mean) for mean in means]
+        return float(sum(np.sum(one**2) / np.var(mean) for one, mean in zip(rest, means, strict=True)))
+
+    lowest = float(known[usable].min())
+    gaps = _GAPS_NM[_GAPS_NM + lowest >= 0.0]
+    for step in (15.0, 4.0):
+        sizes = np.array([left(float(gap)) for gap in gaps])
+        best = int(sizes.argmin())
+        middle = float(gaps[best])
+        if step == 15.0:
+            gaps = middle + step * np.array([-0.6, -0.3, 0.0, 0.3, 0.6])
+            gaps = gaps[gaps + lowest >= 0.0]
+        elif 0 < best < gaps.size - 1:
+            low, mid, high = sizes[best - 1 : best + 2]
+            middle += 0.5 * (low - high) / (low - 2.0 * mid + high) * float(gaps[1] - gaps[0])
+    return middle
+
+
+def _roughness() -> Floats:
+    """Sum of squares of second differences of a spectrum; the constant has none."""
+    bend = np.diff(np.eye(_KNOTS.size), n=2, axis=0)
+    rough = np.zeros((_KNOTS.size + 1, _KNOTS.size + 1))
+    rough[:-1, :-1] = bend.T @ bend
+    return rough
+
+
+def _profile(
+    known: Floats, picture: Picture, usable: npt.NDArray[np.bool_]
+) -> tuple[Floats, list[Floats], list[float]]:
+    """Mean light of each channel over all pixels of about one thickness, and its standard deviation."""
+    nm, light = known[usable], picture.pixels[usable].astype(np.float64)
+    low, high = float(nm.min()), float(nm.max())
+    if high - low < _LEAST_SPAN_NM:
+        raise ValueError(
+            f"thickness_nm spans {high - low:.0f} nm; a response can be learnt from {_LEAST_SPAN_NM:.0f} nm on, better from 2000"
+        )
+    bins = np.minimum(((nm - low) / (high - low) * _BINS).astype(int), _BINS - 1)
+    count = np.bincount(bins, minlength=_BINS).astype(np.float64)
+    full = count >= _LEAST_BIN
+    if full.sum() < 60:
+        raise ValueError(f"only {int(full.sum())} thicknesses have {_LEAST_BIN} pixels or more; at least 60 are needed")
+    means, sds = [], []
+    for c in range(3):
+        mean = np.bincount(bins, light[:, c], minlength=_BINS)[full] / count[full]
+        # What second differences leave: the film's own course is smooth over so narrow bins.
+        noise = np.median(np.abs(mean[2:] - 2.0 * mean[1:-1] + mean[:-2])) / 0.6745 / math.sqrt(6.0)
+        means.append(mean)
+        sds.append(max(float(noise), 1e-4 * float(np.ptp(mean))))
+    return np.bincount(bins, nm, minlength=_BINS)[full] / count[full], means, sds
+
+
+def _fit(problem: Problem, picture: Picture, known: Floats, usable: npt.NDArray[np.bool_]) -> _Fit:
+    """Smooth spectra that are not negative, from the means of all pixels of about one thickness."""
+    thickness, means, sds = _profile(known, picture, usable)
+    design = _design(problem, thickness)
+    found = [_smooth(design, mean, sd) for mean, sd in zip(means, sds, strict=True)]
+    misfits = [
+        float(np.sqrt(np.mean(left**2)) / max(float(np.std(mean)), 1e-30))
+        for (_, _, left), mean in zip(found, means, strict=True)
+    ]
+    return _Fit(np.stack([q for q, _, _ in found], axis=1), np.array([o for _, o, _ in found]), float(np.mean(misfits)))
+
+
+def _design(problem: Problem, thickness: Floats) -> Floats:
+    """(thicknesses, knots): the film's light in each hat."""
+    fine = np.arange(_KNOTS[0] - 10.0, _KNOTS[-1] + 10.5, 1.0)
+    spectra = np.asarray(problem.with_thickness([thickness[:, None]]).reflectance(fine))
+    hats = np.maximum(1.0 - np.abs(fine[:, None] - _KNOTS) / (_KNOTS[1] - _KNOTS[0]), 0.0)
+    return np.asarray(spectra @ (hats / hats.sum(axis=0)))
+
+
+def _smooth(design: Floats, mean: Floats, sd: float) -> tuple[Floats, float, Floats]:
+    """The smoothest spectrum that leaves no more than the noise: q >= 0 and a constant."""
+    columns = np.column_stack([design, np.ones(mean.size)])
+    normal, right = columns.T @ columns, columns.T @ mean
+    size = float(np.trace(design.T @ design)) / _KNOTS.size
+    rough = _roughness()
+    best: tuple[Floats, Floats] | None = None
+    floor = None
+    for weight in _ROUGH:
+        q = _not_negative(normal + weight * size * rough, right)
+        left = mean - columns @ q
+        size_left = float(np.sqrt(np.mean(left**2)))
+        floor = size_left if floor is None else floor
+        if best is None or size_left <= max(1.05 * sd, 1.03 * floor):
+            best = (q, left)
+        else:
+            break
+    assert best is not None
+    return best[0][:-1], float(best[0][-1]), best[1]
+
+
+def _not_negative(normal: Floats, right: Floats) -> Floats:
+    """Least squares with every unknown >= 0 (Lawson and Hanson's active set, started from all free)."""
+    free = np.ones(right.size, dtype=bool)
+    ridge = 1e-12 * float(np.trace(normal)) / right.size
+    for _ in range(4 * right.size):
+        q = np.zeros(right.size)
+        part = normal[np.ix_(free, free)] + ridge * np.eye(int(free.sum()))
+        q[free] = np.linalg.solve(part, right[free])
+        if (q[free] < 0.0).any():
+            free &= q > 0.0
+            continue
+        pull = right - normal @ q
+        pull[free] = 0.0
+        if pull.max() <= 1e-9 * float(np.abs(right).max()):
+            return q
+        free[int(pull.argmax())] = True
+        # A step back and forth ends where the pull is within rounding of nothing.
+        trial = np.linalg.solve(normal[np.ix_(free, free)] + ridge * np.eye(int(free.sum())), right[free])
+        if trial[np.flatnonzero(free) == int(pull.argmax())][0] <= 0.0:
+            return q
+    return np.maximum(q, 0.0)

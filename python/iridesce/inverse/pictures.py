@@ -1,0 +1,197 @@
+"""Pictures as three linear channels: what files and arrays say of the light that fell on each pixel. Internal."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from iridesce import _core
+from iridesce.arguments.operands import Floats
+from iridesce.errors import ResourceError
+from iridesce.files.report import of_core
+from iridesce.files.whole import read_whole
+
+Pixels = npt.NDArray[np.float32]
+Mask = npt.NDArray[np.bool_]
+
+# Each pixel takes some 250 bytes while it is mapped.
+MOST_PIXELS = 1 << 26
+_MOST_BYTES = 4 << 30
+# Below this there is no neighbourhood to learn from.
+_LEAST_SIDE = 8
+# Files whose names tell what their first bytes do not.
+_RAW = {".cr2", ".cr3", ".nef", ".arw", ".dng", ".raf", ".orf", ".rw2", ".raw", ".pef", ".srw"}
+# Variance of a step of 1/255 of the sRGB curve, seen through the curve: a + b value (its slope goes with value**0.58).
+_STEP_8_BIT = (7.7e-9, 6.6e-6)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Linear channels, and how they were cut when they were stored."""
+
+    pixels: Pixels
+    """(height, width, 3), NaN where there is no number."""
+    full: Floats | None
+    """(3,): value from which on a channel is full, infinite where none is; None: to be seen from the numbers."""
+    cut_at_zero: bool
+    step: tuple[float, float]
+    """Variance that storing in steps added: a + b value."""
+    notes: tuple[str, ...]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width."""
+        return self.pixels.shape[0], self.pixels.shape[1]
+
+
+def read_picture(image: Any, name: str = "image") -> Picture:
+    """A picture from an array, an `Image` or a file."""
+    if isinstance(image, Picture):
+        return image
+    if isinstance(image, str | os.PathLike):
+        return _from_file(os.fsdecode(os.fspath(image)))
+    xyz = getattr(image, "xyz", None)
+    if xyz is not None:
+        from iridesce.color import convert
+
+        return _of_array(convert(np.asarray(xyz, dtype=np.float64), "xyz", "linear-srgb"), name)
+    return _of_array(image, name)
+
+
+def _of_array(image: Any, name: str) -> Picture:
+    pixels = _checked(image, name)
+    # Cut at zero: nothing below, and many exactly there.
+    known = np.isfinite(pixels)
+    cut = bool(np.min(pixels, where=known, initial=np.inf) >= 0.0 and np.mean(pixels == 0.0) > 1e-4)
+    return Picture(pixels, None, cut, (0.0, 0.0), ())
+
+
+def _checked(values: Any, name: str) -> Pixels:
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        raise ValueError(f"{name} must be an array (height, width, 3), got {type(values).__name__}") from None
+    if array.dtype.kind not in "fiu" or array.ndim != 3 or array.shape[2] != 3 or 0 in array.shape:
+        raise ValueError(
+            f"{name} must be linear numbers of the shape (height, width, 3), a picture's file or an Image, got "
+            f"{type(values).__name__} of shape {array.shape} and type {array.dtype}"
+        )
+    if array.shape[0] * array.shape[1] > MOST_PIXELS:
+        raise ResourceError(
+            f"{name} has {array.shape[1]} x {array.shape[0]} pixels, at most {MOST_PIXELS} are mapped at once: crop it or "
+            "scale it down"
+        )
+    if min(array.shape[:2]) < _LEAST_SIDE:
+        raise ValueError(
+            f"{name} must have at least {_LEAST_SIDE} x {_LEAST_SIDE} pixels, got {array.shape[1]} x {array.shape[0]}"
+        )
+    out = np.array(array, dtype=np.float32, order="C")
+    out[~np.isfinite(out)] = np.nan
+    if not np.isfinite(out).any():
+        raise ValueError(f"{name} holds no number at all")
+    return out
+
+
+def _piled_up(pixels: Pixels, usable: Mask, notes: list[str]) -> Floats:
+    """Levels at which many pixels of a channel that varies stand: where it was cut."""
+    full = np.full(3, np.inf)
+    for c in range(3):
+        values = pixels[..., c][usable]
+        top = float(values.max(initial=0.0))
+        count = int((values >= top).sum())
+        share = count / max(values.size, 1)
+        if (
+            share > 2e-3
+            and count > 20
+            and top > float(np.median(values))
+            and np.unique(values[:: max(1, values.size // 50_000)]).size > 100
+        ):
+            full[c] = top
+            notes.append(
+                f"channel {'RGB'[c]} is full at {top:.4g} on {100.0 * share:.1f} % of the pixels: taken as at least that"
+            )
+    return full
+
+
+def _from_file(label: str) -> Picture:
+    ending = Path(label).suffix.lower()
+    if ending in _RAW:
+        raise ValueError(
+            f"{label}: it is a camera's RAW file; convert it to a linear 16-bit TIFF (dcraw -4 -T, or a raw developer)"
+        )
+    if ending in (".heic", ".heif", ".avif"):
+        raise ValueError(f"{label}: it is HEIC or AVIF; convert it to a linear 16-bit TIFF, or to PNG")
+    if ending == ".npy":
+        import io
+
+        content = read_whole(label, _MOST_BYTES, "no picture is")
+        try:
+            array = np.load(io.BytesIO(content), allow_pickle=False)
+        except (ValueError, EOFError, OSError) as error:
+            raise ValueError(f"{label}: is not an array that can be read: {_core.harmless(str(error))}") from None
+        return _of_array(array, label)
+    rgb, clipped, plain = _core.read_photograph(Path(label), None, None)
+    report = of_core(plain)
+    pixels = _checked(rgb, label)
+    notes = [f"{label}: {note}" for note in report.notes]
+    if report.format.startswith(("TIFF", "PNG", "JPEG")):
+        # The channel that was full is the greatest of its pixel.
+        top = float(pixels.max(axis=2)[clipped].min()) if clipped.any() else np.inf
+        is_coarse = report.format in ("JPEG", "PNG of 8 bits")
+        return Picture(pixels, np.full(3, top), True, _STEP_8_BIT if is_coarse else (0.0, 0.0), tuple(notes))
+    made = _of_array(pixels, label)
+    return replace(made, notes=(*notes, *made.notes))
+
+
+def corrected(picture: Picture, flat: Any, dark: Any) -> Picture:
+    """(image - dark) / (flat - dark); what was full stays full wherever the flat puts it."""
+    if flat is None and dark is None:
+        return picture
+    below = np.float32(0.0) if dark is None else read_picture(dark, "dark").pixels
+    above = np.float32(1.0) if flat is None else read_picture(flat, "flat").pixels
+    for name, one in (("dark", below), ("flat", above)):
+        if np.ndim(one) and np.shape(one) != picture.pixels.shape:
+            raise ValueError(f"{name} must have the size of the picture {picture.shape}, got {np.shape(one)[:2]}")
+    light = above - below
+    with np.errstate(divide="ignore", invalid="ignore"):
+        out = np.where(light > 0.0, (picture.pixels - below) / light, np.nan).astype(np.float32)
+    notes: list[str] = []
+    full = picture.full
+    if full is None:
+        full = _piled_up(picture.pixels, ~read_mask(np.isnan(picture.pixels).any(axis=2), picture.shape), notes)
+    if np.isfinite(full).any():
+        out[picture.pixels >= full] = np.inf
+        full = np.where(np.isfinite(full), np.float64(np.finfo(np.float32).max), np.inf)
+    return replace(
+        picture, pixels=np.ascontiguousarray(out), full=full, cut_at_zero=picture.cut_at_zero and dark is None
+    )
+
+
+def clip_levels(picture: Picture, usable: Mask, given: Any, notes: list[str]) -> Floats:
+    """The level from which on each channel is full."""
+    if given is None:
+        return _piled_up(picture.pixels, usable, notes) if picture.full is None else picture.full
+    try:
+        levels = np.broadcast_to(np.asarray(given, dtype=np.float64), (3,)).copy()
+    except (TypeError, ValueError):
+        raise ValueError(f"clip must be one level or three, > 0, got {given!r:.60}") from None
+    if not (levels > 0.0).all():
+        raise ValueError(f"clip must be one level or three, > 0, got {given!r:.60}")
+    return levels
+
+
+def read_mask(given: Any, shape: tuple[int, int]) -> Mask:
+    """True: left out."""
+    if given is None:
+        return np.zeros(shape, dtype=bool)
+    mask = np.asarray(given)
+    if mask.shape != shape or mask.dtype.kind not in "bui":
+        raise ValueError(
+            f"mask must hold true or false for each pixel {shape}, got shape {mask.shape} of type {mask.dtype}"
+        )
+    return mask.astype(bool)

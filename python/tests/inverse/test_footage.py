@@ -1,0 +1,87 @@
+"""Videos: a film that thins comes back frame by frame, and with it how fast; what one frame cannot tell the frame before does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import iridesce as ir
+
+Floats = npt.NDArray[np.float64]
+FILM = "air / soap ? / air"
+OPTIONS: dict[str, Any] = {"camera": "srgb", "illuminant": "D65", "thickness_range_nm": (0.0, 1400.0)}
+
+
+def film(nm: Floats, seed: int, noise: float = 0.01) -> Floats:
+    seen = ir.Stack(["air", ir.Layer("soap", nm), "air"]).color(space="linear-srgb")
+    return np.asarray(seen + noise * seen.mean() * np.random.default_rng(seed).normal(size=seen.shape))
+
+
+def thickness(frame: int) -> Floats:
+    """A draining film: it thins by a rate that grows downwards, 1 to 4 nm a frame."""
+    y, x = np.mgrid[0:48, 0:64].astype(float)
+    return np.asarray(250.0 + 8.0 * y + 10.0 * np.sin(x / 9.0) - frame * (1.0 + 3.0 * y / 48.0))
+
+
+def test_the_rate_of_thinning_comes_back() -> None:
+    maps = list(ir.map_thickness_video((film(thickness(t), t) for t in range(6)), FILM, **OPTIONS))
+    assert len(maps) == 6
+    for frame, found in enumerate(maps):
+        assert np.mean(np.abs(found.thickness_nm - thickness(frame)) < 10.0) > 0.99
+    rate = (maps[5].thickness_nm - maps[0].thickness_nm) / 5.0
+    wanted = (thickness(5) - thickness(0)) / 5.0
+    assert np.nanmedian(np.abs(rate - wanted)) < 0.5
+    assert np.nanmean(rate) == pytest.approx(wanted.mean(), abs=0.15)
+
+
+def test_a_frame_that_cannot_tell_its_order_has_it_from_the_one_before() -> None:
+    """The second frame is noisy: alone it is unsure of what the clean one before knows."""
+    clean, noisy = film(thickness(0), 1, 0.005), film(thickness(1), 2, 0.25)
+    alone = ir.map_thickness(noisy, FILM, **OPTIONS)
+    after = list(ir.map_thickness_video([clean, noisy], FILM, max_rate_nm_per_s=60.0, fps=15.0, **OPTIONS))[1]
+    quarter = 550.0 / (4.0 * 1.33)
+
+    def right(found: Any) -> float:
+        return float(np.mean(np.abs(found.thickness_nm - thickness(1)) < quarter))
+
+    assert right(after) > 0.97 > right(alone) + 0.02
+
+
+def test_a_film_that_bursts_is_not_held_up() -> None:
+    burst = film(thickness(0)[::-1, ::-1].copy(), 3)
+    after = list(ir.map_thickness_video([film(thickness(0), 1), burst], FILM, **OPTIONS))[1]
+    alone = ir.map_thickness(burst, FILM, **OPTIONS)
+    assert np.mean(np.abs(after.thickness_nm - alone.thickness_nm) < 5.0) > 0.95
+
+
+def test_frames_of_a_folder_in_the_order_of_their_names(tmp_path: Path) -> None:
+    for t in (1, 0):
+        np.save(tmp_path / f"{t}.npy", film(thickness(8 * t), t))
+    maps = list(ir.map_thickness_video(tmp_path, FILM, **OPTIONS))
+    assert np.nanmean(maps[1].thickness_nm - maps[0].thickness_nm) == pytest.approx(-20.0, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("frames", "options", "words"),
+    [
+        (3, {}, "frames must be images"),
+        (np.zeros((16, 16, 3)), {}, "of one picture: map_thickness"),
+        ("film.mp4", {}, "take a video apart first"),
+        ([], {"fps": 25.0}, "give both or neither"),
+        ([], {"fps": 25.0, "max_rate_nm_per_s": -1.0}, "max_rate_nm_per_s must be"),
+        ([np.ones((16, 16, 3)), 3], {"camera": "box"}, "nikon-d5100"),
+    ],
+)
+def test_what_is_no_video_is_refused(frames: Any, options: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        list(ir.map_thickness_video(frames, FILM, **{**OPTIONS, **options}))
+
+
+def test_frames_of_two_sizes_are_refused() -> None:
+    frames = [film(thickness(0), 1), film(thickness(0)[:32], 1)]
+    with pytest.raises(ValueError, match="frame 1 has"):
+        list(ir.map_thickness_video(frames, FILM, **OPTIONS))
