@@ -101,6 +101,11 @@ impl Scene {
         self.inner.extended_media()
     }
 
+    /// What whoever renders the scene should be told.
+    fn notes(&self) -> Vec<String> {
+        self.inner.notes()
+    }
+
     #[getter]
     fn file(&self) -> Option<PathBuf> {
         self.inner.origin().file.clone()

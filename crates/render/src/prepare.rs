@@ -5,21 +5,25 @@ use iridesce_numerics::lanes::Singles as Lanes;
 use iridesce_numerics::lanes::blocks;
 use iridesce_optics::color::{Illuminant, rgb_basis};
 use iridesce_optics::{Medium, OpticsError};
-use iridesce_scene::{ResolvedScene, ResolvedSource, Surface, ThicknessField, Unit};
+use iridesce_scene::{DeltaKind, Light, ResolvedScene, ResolvedSource, Surface, ThicknessField, Unit};
 
 use crate::camera::{Ray, RayCamera};
 use crate::coating::IndexTable;
 use crate::enclosing::enclosing_media;
 use crate::film::FilmTable;
 use crate::framebuffer::{RenderError, RenderOptions};
-use crate::geometry::{Geometry, Shape};
-use crate::lights::{EnvironmentLight, Lights};
-use crate::medium_stack::{Media, MediumStack, indices, visible};
+use crate::geometry::{Geometry, Hit, Shape};
+use crate::lights::chooser::Extent;
+use crate::lights::{EmittingObject, EnvironmentLight, Lights};
+use crate::medium_stack::{Media, MediumStack, SURROUNDING, indices, visible};
 use crate::spectral::{Bands, FROM_NM, LEAST_NODES, MAX_NODES, Nodes, TO_NM, node_count, resolved_nm};
 use crate::tiles::Rect;
 
 /// Where the path difference of the film that a pixel shows is told, nm: the middle of what eyes see.
 pub const SHOWN_NM: f64 = 560.0;
+
+/// So many rays across and down the picture tell where lights are compared.
+const PLACES: u32 = 8;
 
 /// A scene ready to render.
 pub struct Prepared {
@@ -34,7 +38,7 @@ pub struct Prepared {
     pub geometry: Geometry,
     /// Of object i at index i.
     pub materials: Vec<Material>,
-    /// What share of the mean light is expected from each object.
+    /// What share of the mean light is expected from each object; the last is what lies beyond them all.
     pub expected_shares: Vec<f32>,
     /// The media behind the shapes.
     bodies: Vec<Option<u8>>,
@@ -182,15 +186,27 @@ impl Prepared {
         let materials = materials(resolved, &mut media)?;
         let geometry = Geometry::new(scene.objects.iter().map(|object| Shape::new(&object.shape)).collect());
         let around = EnvironmentLight::new(&resolved.environments, !materials.diffuse.is_empty());
+        let camera = RayCamera::new(&scene.camera, width, height);
+        let bodies: Vec<Option<u8>> = materials.list.iter().map(Material::body).collect();
+        check_lights(resolved, &media, |place| enclosing_media(&geometry, &bodies, place))?;
+        let lit = Lit {
+            around,
+            emitters: (materials.emitters.iter())
+                .map(|&(object, emitter)| EmittingObject {
+                    object,
+                    emitter,
+                    extent: Extent::of(&Shape::new(&scene.objects[object].shape)),
+                })
+                .collect(),
+            places: places(&camera, [width, height], scene.camera.target.into(), |ray| geometry.nearest(ray, None)),
+        };
         let mut levels = Vec::new();
         for nodes in levels_for(resolved, &materials)? {
-            levels.push(spectra(resolved, &nodes, &media, &materials, &around)?);
+            levels.push(spectra(resolved, &nodes, &media, &materials, &lit)?);
         }
         if let Some(finest) = levels.last_mut() {
             finest.resolved_nm = f64::INFINITY;
         }
-        let camera = RayCamera::new(&scene.camera, width, height);
-        let bodies: Vec<Option<u8>> = materials.list.iter().map(Material::body).collect();
         let camera_media = enclosing_media(&geometry, &bodies, scene.camera.position.into());
         let has_media = materials.list.iter().any(|material| matches!(material, Material::Coating(_)));
         Ok(Prepared {
@@ -204,7 +220,9 @@ impl Prepared {
             bodies,
             is_camera_wide: has_media && camera.is_wide(),
             geometry,
-            expected_shares: materials.list.iter().map(|own| own.expected_share(&materials.diffuse)).collect(),
+            expected_shares: (materials.list.iter().map(|own| own.expected_share(&materials.diffuse)))
+                .chain([1.0])
+                .collect(),
             names: scene.objects.iter().map(|object| object.name.clone()).collect(),
             shown_indices: media.list().iter().map(shown_index).collect::<Result<_, _>>()?,
             media,
@@ -220,6 +238,59 @@ impl Prepared {
     pub fn enclosing_media(&self, ray: &Ray) -> MediumStack {
         if self.is_camera_wide { enclosing_media(&self.geometry, &self.bodies, ray.origin) } else { self.camera_media }
     }
+}
+
+/// What of the light is the same whatever the nodes are.
+struct Lit<'a> {
+    around: EnvironmentLight,
+    /// In the order of their numbers.
+    emitters: Vec<EmittingObject<'a>>,
+    /// Places of the scene that the picture shows, where lights are compared.
+    places: Vec<Vec3>,
+}
+
+/// What some rays all over the picture meet; the camera's target where none meets anything.
+fn places(
+    camera: &RayCamera,
+    [width, height]: [u32; 2],
+    target: Vec3,
+    nearest: impl Fn(&Ray) -> Option<Hit>,
+) -> Vec<Vec3> {
+    let mut places = Vec::new();
+    for i in 0..PLACES * PLACES {
+        let [x, y] = [i % PLACES, i / PLACES].map(|k| (f64::from(k) + 0.5) / f64::from(PLACES));
+        places.extend(nearest(&camera.ray(x * f64::from(width), y * f64::from(height))).map(|hit| hit.point));
+    }
+    if places.is_empty() {
+        places.push(target);
+    }
+    places
+}
+
+/// Lights without size within a medium that bends light: what leaves it cannot be found, so they are refused.
+fn check_lights(
+    scene: &ResolvedScene,
+    media: &Media,
+    enclosing: impl Fn(Vec3) -> MediumStack,
+) -> Result<(), RenderError> {
+    for (i, light) in scene.recipe.lights.iter().enumerate() {
+        let Light::Delta(delta) = light else { continue };
+        let Some(position) = delta.kind.position() else { continue };
+        let within = enclosing(position.into()).innermost();
+        if within != SURROUNDING {
+            let kind = if matches!(delta.kind, DeltaKind::Spot { .. }) { "spot" } else { "point" };
+            let key = format!("light.{i}.{kind}.position");
+            return Err(RenderError::Scene {
+                message: format!(
+                    "{key} lies within {}, whose surface bends what leaves it: nothing finds a light without size there, got {position:?}; use \
+                     an object with the surface emitter, or a place outside",
+                    media.name(within)
+                ),
+                key,
+            });
+        }
+    }
+    Ok(())
 }
 
 fn materials<'a>(scene: &'a ResolvedScene, media: &mut Media) -> Result<Materials<'a>, RenderError> {
@@ -302,6 +373,13 @@ fn levels_for(scene: &ResolvedScene, materials: &Materials<'_>) -> Result<Vec<No
             ResolvedSource::Map(_) | ResolvedSource::Sky(..) => has_map = true,
         }
     }
+    for light in &scene.recipe.lights {
+        match light {
+            Light::Environment(_) => {}
+            Light::Sun(sun) => see(&sun.illuminant, sun.radiance),
+            Light::Delta(delta) => see(&delta.illuminant, delta.power),
+        }
+    }
     for (_, emitter) in &materials.emitters {
         see(&emitter.illuminant, emitter.radiance);
     }
@@ -338,7 +416,7 @@ fn spectra(
     nodes: &Nodes,
     media: &Media,
     materials: &Materials<'_>,
-    around: &EnvironmentLight,
+    lit: &Lit<'_>,
 ) -> Result<Spectra, OpticsError> {
     let at_nodes = |medium: &Medium| indices(medium, nodes.wavelength_nm.iter().copied());
     let mut films = Vec::new();
@@ -369,8 +447,8 @@ fn spectra(
     let diffuse = materials.diffuse.iter().map(|rgb| {
         blocks(nodes.wavelength_nm.iter().map(|&nm| rgb_basis(nm).iter().zip(rgb).map(|(f, v)| f * v).sum()))
     });
-    let lights = Lights::new(scene, nodes, around, &materials.emitters)?;
-    let importance = lights.importance();
+    let lights = Lights::new(scene, nodes, &lit.around, &lit.emitters)?;
+    let importance = lights.importance(&lit.places);
     Ok(Spectra {
         resolved_nm: resolved_nm(nodes.uniform()),
         rate: blocks(nodes.wavelength_nm.iter().map(|nm| 2.0 / nm)),

@@ -19,6 +19,7 @@ mod lights;
 mod load;
 mod medium;
 mod model;
+mod notes;
 mod objects;
 mod reader;
 mod resolve;

@@ -64,6 +64,8 @@ pub struct Camera {
     pub projection: Projection,
     /// What they pass on their way; `None` is a pinhole.
     pub lens: Option<Lens>,
+    /// Angle of the linear polariser before it, degrees from its upright, clockwise in the picture.
+    pub polarizer_deg: Option<f64>,
     /// Width and height in pixels.
     pub resolution: [u32; 2],
 }
@@ -78,6 +80,9 @@ pub struct Lens {
 }
 
 /// How rays leave the camera.
+///
+/// A parallel view with a `numerical_aperture` is a microscope: rays through one place of the picture meet at the distance
+/// of the camera's target, spread evenly over its pupil.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Projection {
     /// Central projection.
@@ -89,6 +94,8 @@ pub enum Projection {
     Orthographic {
         /// Full height of the view, scene units.
         height: f64,
+        /// Sine of the largest angle between a ray and the view; 0 for parallel rays.
+        numerical_aperture: f64,
     },
 }
 
@@ -276,6 +283,8 @@ pub struct Emitter {
     pub illuminant: Illuminant,
     /// The Y of its radiance, the same in every direction.
     pub radiance: f64,
+    /// Angle of its linear polarisation, degrees from the upright of each ray; `None` for natural light.
+    pub polarized_deg: Option<f64>,
 }
 
 /// A light.
@@ -283,6 +292,60 @@ pub struct Emitter {
 pub enum Light {
     /// Light from all around, infinitely far away.
     Environment(Environment),
+    /// A disc, infinitely far away.
+    Sun(Sun),
+    /// A light without size, which nothing sees.
+    Delta(DeltaLight),
+}
+
+/// A light without size: surfaces that scatter it show it, mirrors and the camera do not.
+#[derive(Debug, Clone)]
+pub struct DeltaLight {
+    /// Where it comes from.
+    pub kind: DeltaKind,
+    /// Its spectrum.
+    pub illuminant: Illuminant,
+    /// The Y of its irradiance on a surface that faces it (directional), or of that times the squared distance in scene units
+    /// (the others), where radiance 1 has Y = 1.
+    pub power: f64,
+    /// Angle of its linear polarisation, degrees from the upright of each ray; `None` for natural light.
+    pub polarized_deg: Option<f64>,
+}
+
+/// Where a light without size comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DeltaKind {
+    /// Infinitely far away.
+    Directional {
+        /// Towards it, length 1.
+        direction: [f64; 3],
+    },
+    /// From a point, the same to every side.
+    Point {
+        /// Where it is, scene units.
+        position: [f64; 3],
+    },
+    /// From a point, into a cone.
+    Spot {
+        /// Where it is, scene units.
+        position: [f64; 3],
+        /// The middle of the cone, length 1.
+        axis: [f64; 3],
+        /// Full angle of the cone of full intensity, degrees.
+        cone_deg: f64,
+        /// Over how much more, on each side, the intensity falls to 0, degrees.
+        soft_deg: f64,
+    },
+}
+
+impl DeltaKind {
+    /// Where it is, if it is anywhere.
+    pub fn position(&self) -> Option<[f64; 3]> {
+        match *self {
+            DeltaKind::Directional { .. } => None,
+            DeltaKind::Point { position } | DeltaKind::Spot { position, .. } => Some(position),
+        }
+    }
 }
 
 /// Light from all around.
@@ -309,7 +372,7 @@ pub enum EnvironmentSource {
     Sky,
 }
 
-/// A disc of light, infinitely far away; turned about +y together with its sky.
+/// A disc of light, infinitely far away; that of a sky is turned about +y together with it.
 #[derive(Debug, Clone)]
 pub struct Sun {
     /// Towards its middle, length 1, before any rotation.
@@ -320,6 +383,8 @@ pub struct Sun {
     pub illuminant: Illuminant,
     /// The Y of its radiance, the same all over it.
     pub radiance: f64,
+    /// Angle of its linear polarisation, degrees from the upright of each ray; `None` for natural light.
+    pub polarized_deg: Option<f64>,
 }
 
 /// A validated scene: a recipe, which [`crate::resolve`] makes ready to be looked at.

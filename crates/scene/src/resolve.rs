@@ -48,7 +48,7 @@ impl Context {
 pub struct ResolvedScene {
     /// The scene.
     pub recipe: Scene,
-    /// The lights, in the order of `recipe.lights`.
+    /// The environments, in the order of `recipe.lights`; all other lights are ready there.
     pub environments: Vec<ResolvedEnvironment>,
     /// The thicknesses of each object's layers.
     layers: Vec<Vec<ThicknessField>>,
@@ -138,7 +138,7 @@ pub fn resolve(scene: &Scene, context: &Context, watch: &Watch) -> Result<Resolv
     let mut environments = Vec::new();
     for (i, light) in scene.lights.iter().enumerate() {
         watch.check()?;
-        let Light::Environment(light) = light;
+        let Light::Environment(light) = light else { continue };
         let key = format!("light.{i}.environment");
         let source = match &light.source {
             EnvironmentSource::Map(file) => {
@@ -267,7 +267,7 @@ fn layer_key(object: &Object, place: usize) -> String {
 }
 
 fn light_file(light: &Light) -> Option<&MapFile> {
-    let Light::Environment(environment) = light;
+    let Light::Environment(environment) = light else { return None };
     match &environment.source {
         EnvironmentSource::Map(file) => Some(file),
         _ => None,

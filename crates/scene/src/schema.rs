@@ -155,6 +155,12 @@ impl Range {
 pub const THICKNESS: Range = Range::new("a thickness in nm, from 0 to 1e7", 0.0, MAX_THICKNESS_NM);
 const LENGTH: Range = Range::new("a length > 0, from 1e-9 to 1e9", 1.0 / MAX_LENGTH, MAX_LENGTH);
 const RADIANCE: Range = Range::new("a radiance >= 0, at most 1e12", 0.0, MAX_RADIANCE);
+const IRRADIANCE: Range = Range::new("an irradiance >= 0, at most 1e12", 0.0, MAX_RADIANCE);
+const INTENSITY: Range = Range::new("an intensity >= 0, at most 1e12", 0.0, MAX_RADIANCE);
+const DIAMETER: Range = Range::new("an angle in degrees, from 1e-3 to 180", 1e-3, 180.0);
+const CONE: Range = Range::new("an angle in degrees, from 1e-3 to 180", 1e-3, 180.0);
+const SOFT: Range = Range::new("an angle in degrees, from 0 to 90", 0.0, 90.0);
+const NUMERICAL_APERTURE: Range = Range::new("a sine, from 0 (parallel rays) to 0.999", 0.0, 0.999);
 const ANGLE: Range = Range::new("a finite angle in degrees", f64::MIN, f64::MAX);
 const FOV: Range = Range::new("an angle between 0 and 180 degrees (from 1e-6 to 179.9)", 1e-6, 179.9);
 const APERTURE: Range =
@@ -199,7 +205,7 @@ pub static SCENE: Kind = kind(
 
 /// `[camera]`.
 pub static CAMERA: Kind = Kind {
-    alternatives: &[&["fov_deg"], &["orthographic_height"]],
+    alternatives: &[&["fov_deg"], &["orthographic_height", "numerical_aperture"]],
     is_optional: true,
     ..kind(
         "camera",
@@ -229,6 +235,20 @@ pub static CAMERA: Kind = Kind {
                 UNITS,
                 Default::Words("the distance to `target`"),
                 "of the plane that is sharp, along the view",
+            ),
+            key(
+                "numerical_aperture",
+                Takes::Number(NUMERICAL_APERTURE),
+                "",
+                Default::Words("parallel rays"),
+                "of a microscope, with `orthographic_height`: sine of the steepest ray; sharp at `target`; not with `aperture_radius`",
+            ),
+            key(
+                "polarizer_deg",
+                Takes::Number(ANGLE),
+                "degrees",
+                Default::Words("none"),
+                "a linear polariser before the camera: from `up`, clockwise in the picture; half of natural light passes",
             ),
             key("resolution", Takes::Sides, "pixels", Default::Sides([512, 512]), "width, height"),
         ],
@@ -428,6 +448,15 @@ pub static DIFFUSE: Kind = kind(
     &[key("reflectance", Takes::Reflectance, "", Default::Number(0.5), "a number or linear Rec.709")],
 );
 
+const POLARIZED: Key = key(
+    "polarized_deg",
+    Takes::Number(ANGLE),
+    "degrees",
+    Default::Words("natural light"),
+    "makes it linearly polarised: from the world's y as the ray sees it (-z for vertical rays), anticlockwise for who looks the way the light goes",
+);
+const LAMP: Key = key("illuminant", Takes::Illuminant, "", Default::Text("D65"), "its spectrum");
+
 /// An emitter.
 pub static EMITTER: Kind = kind(
     "emitter",
@@ -435,6 +464,7 @@ pub static EMITTER: Kind = kind(
     &[
         key("illuminant", Takes::Illuminant, "", Default::Text("D65"), "its spectrum"),
         key("radiance", Takes::Number(RADIANCE), "", Default::Number(1.0), "its Y"),
+        POLARIZED,
     ],
 );
 
@@ -565,16 +595,106 @@ pub static FLOW: Kind = kind(
 );
 
 /// `[[light]]`.
-pub static LIGHT: Kind = kind(
-    "light",
-    "a light",
-    &[key(
-        "environment",
-        Takes::Table(&ENVIRONMENT),
-        "",
-        Default::Needed,
-        "light from all around, infinitely far away",
-    )],
+pub static LIGHT: Kind = Kind {
+    alternatives: &[&["environment"], &["sun"], &["directional"], &["point"], &["spot"]],
+    ..kind(
+        "light",
+        "one of",
+        &[
+            key(
+                "environment",
+                Takes::Table(&ENVIRONMENT),
+                "",
+                Default::Alternative,
+                "light from all around, infinitely far away",
+            ),
+            key("sun", Takes::Table(&SUN), "", Default::Alternative, "a disc, infinitely far away, which is seen"),
+            key(
+                "directional",
+                Takes::Table(&DIRECTIONAL),
+                "",
+                Default::Alternative,
+                "from one direction; without size, seen by nothing",
+            ),
+            key(
+                "point",
+                Takes::Table(&POINT),
+                "",
+                Default::Alternative,
+                "from one point; without size, seen by nothing",
+            ),
+            key(
+                "spot",
+                Takes::Table(&SPOT),
+                "",
+                Default::Alternative,
+                "from one point into a cone; without size, seen by nothing",
+            ),
+        ],
+    )
+};
+
+const IRRADIANCE_KEY: Key = key(
+    "irradiance",
+    Takes::Number(IRRADIANCE),
+    "",
+    Default::Number(1.0),
+    "its Y: a white diffuse surface that faces the light shows Y = irradiance / pi",
+);
+const INTENSITY_KEY: Key = key(
+    "intensity",
+    Takes::Number(INTENSITY),
+    "",
+    Default::Number(1.0),
+    "irradiance at distance r, in scene units: intensity / r^2",
+);
+
+/// A sun.
+pub static SUN: Kind = kind(
+    "sun",
+    "a disc of light, infinitely far away",
+    &[
+        key("direction", Takes::Vector, "", Default::Needed, "towards its middle"),
+        key("angular_diameter_deg", Takes::Number(DIAMETER), "degrees", Default::Number(0.53), "full angle"),
+        LAMP,
+        IRRADIANCE_KEY,
+        POLARIZED,
+    ],
+);
+
+/// A light from one direction.
+pub static DIRECTIONAL: Kind = kind(
+    "directional",
+    "light from one direction",
+    &[key("direction", Takes::Vector, "", Default::Needed, "towards it"), LAMP, IRRADIANCE_KEY, POLARIZED],
+);
+
+/// A light from one point.
+pub static POINT: Kind = kind(
+    "point",
+    "light from one point, the same to every side",
+    &[key("position", Takes::Point, UNITS, Default::Needed, "where it is"), LAMP, INTENSITY_KEY, POLARIZED],
+);
+
+/// A light from one point into a cone.
+pub static SPOT: Kind = kind(
+    "spot",
+    "light from one point into a cone",
+    &[
+        key("position", Takes::Point, UNITS, Default::Needed, "where it is"),
+        key("target", Takes::Point, UNITS, Default::Triple([0.0; 3]), "what it points at"),
+        key("cone_deg", Takes::Number(CONE), "degrees", Default::Number(30.0), "full angle of full intensity"),
+        key(
+            "soft_deg",
+            Takes::Number(SOFT),
+            "degrees",
+            Default::Number(0.0),
+            "of the fall to 0 (3 s^2 - 2 s^3) added on each side",
+        ),
+        LAMP,
+        INTENSITY_KEY,
+        POLARIZED,
+    ],
 );
 
 /// Light from all around.
@@ -613,7 +733,7 @@ pub static ENVIRONMENT: Kind = Kind {
 };
 
 /// Every kind, in the order of the docs.
-pub static KINDS: [&Kind; 26] = [
+pub static KINDS: [&Kind; 30] = [
     &SCENE,
     &CAMERA,
     &RENDER,
@@ -640,6 +760,10 @@ pub static KINDS: [&Kind; 26] = [
     &FLOW,
     &LIGHT,
     &ENVIRONMENT,
+    &SUN,
+    &DIRECTIONAL,
+    &POINT,
+    &SPOT,
 ];
 
 impl Kind {

@@ -93,6 +93,7 @@ fn make() -> Result<(Arc<EnvironmentMap>, Sun), OpticsError> {
         angular_radius_deg: SUN_RADIUS_DEG,
         illuminant: Illuminant::daylight(SUN_KELVIN)?,
         radiance: direct / mean / projected,
+        polarized_deg: None,
     };
     Ok((Arc::new(EnvironmentMap { width: WIDTH, height: HEIGHT, rgb }), sun))
 }

@@ -94,6 +94,8 @@ fn emitter(node: &Node, path: String, context: &Reading<'_>) -> Result<(Surface,
     let (name, radiance) = (table.text("illuminant")?, table.number("radiance")?);
     let illuminant =
         illuminant(name, context.origin).map_err(|e| e.at(table.path("illuminant"), table.line("illuminant")))?;
-    let tree = Node::table([("illuminant", Node::text(name)), ("radiance", Node::number(radiance))]);
-    Ok((Surface::Emitter(Emitter { illuminant, radiance }), tree))
+    let polarized_deg = table.number_if_given("polarized_deg")?;
+    let mut entries = vec![("illuminant", Node::text(name)), ("radiance", Node::number(radiance))];
+    entries.extend(polarized_deg.map(|angle| ("polarized_deg", Node::number(angle))));
+    Ok((Surface::Emitter(Emitter { illuminant, radiance, polarized_deg }), Node::table(entries)))
 }

@@ -145,7 +145,10 @@ fn camera(table: &Table<'_>) -> Result<(Camera, Node), SceneError> {
         .at("camera.up", table.line("up")));
     }
     let (projection, view_entry) = match table.number_if_given("orthographic_height")? {
-        Some(height) => (Projection::Orthographic { height }, ("orthographic_height", Node::number(height))),
+        Some(height) => {
+            let numerical_aperture = table.number_if_given("numerical_aperture")?.unwrap_or(0.0);
+            (Projection::Orthographic { height, numerical_aperture }, ("orthographic_height", Node::number(height)))
+        }
         None => {
             let fov_deg = table.number("fov_deg")?;
             (Projection::Perspective { fov_deg }, ("fov_deg", Node::number(fov_deg)))
@@ -158,9 +161,28 @@ fn camera(table: &Table<'_>) -> Result<(Camera, Node), SceneError> {
         ("up", Node::numbers(&up)),
         view_entry,
     ];
+    if let Some(aperture) = table.number_if_given("numerical_aperture")? {
+        if matches!(projection, Projection::Perspective { .. }) {
+            let message =
+                "camera.numerical_aperture needs camera.orthographic_height: a microscope's view is a parallel one";
+            return Err(SceneError::new(message).at("camera.numerical_aperture", table.line("numerical_aperture")));
+        }
+        entries.push(("numerical_aperture", Node::number(aperture)));
+    }
     let lens = lens(table, view_length, &mut entries)?;
+    if let (Some(Lens { aperture_radius, .. }), Projection::Orthographic { numerical_aperture, .. }) =
+        (lens, projection)
+        && numerical_aperture > 0.0
+    {
+        let message = format!(
+            "camera.aperture_radius and camera.numerical_aperture exclude each other, got {aperture_radius:?} and {numerical_aperture:?}"
+        );
+        return Err(SceneError::new(message).at("camera.aperture_radius", table.line("aperture_radius")));
+    }
+    let polarizer_deg = table.number_if_given("polarizer_deg")?;
+    entries.extend(polarizer_deg.map(|angle| ("polarizer_deg", Node::number(angle))));
     entries.push(("resolution", Value::List(resolution.iter().map(|&v| Value::Int(v.into()).into()).collect()).into()));
-    Ok((Camera { position, target, up, projection, lens, resolution }, Node::table(entries)))
+    Ok((Camera { position, target, up, projection, lens, polarizer_deg, resolution }, Node::table(entries)))
 }
 
 /// The camera's lens, if it has one. A pinhole writes no more of it than was given.

@@ -45,7 +45,7 @@ fn what_is_left_out_has_the_stated_default() {
     let Surface::Film(film) = &scene.objects[0].surface else { panic!("no film") };
     assert_eq!((film.medium.name(), film.outside.name()), ("soap", "air"));
     assert_eq!(law(&film.thickness), &ThicknessModel::gradient(0.0, 800.0, 1.0).unwrap());
-    let Light::Environment(light) = &scene.lights[0];
+    let Light::Environment(light) = &scene.lights[0] else { panic!("no environment") };
     assert_eq!((light.rotation_deg, light.radiance), (0.0, 1.0));
     let two = read(&LEAST.replace("[[light]]", "[[object]]\n[[light]]")).unwrap();
     assert_eq!(two.objects[1].name, "bubble-2");
@@ -186,13 +186,13 @@ fn values_are_set_by_path() {
 #[test]
 fn setting_one_of_several_keys_removes_the_others() {
     let scene = set("camera.orthographic_height", 9.0).unwrap();
-    assert_eq!(scene.camera.projection, Projection::Orthographic { height: 9.0 });
+    assert_eq!(scene.camera.projection, Projection::Orthographic { height: 9.0, numerical_aperture: 0.0 });
     assert!(scene.tree().get("camera").unwrap().get("fov_deg").is_none());
     let scene = scene.with_value("light.0.environment.builtin", Node::text("studio")).unwrap();
-    let Light::Environment(light) = &scene.lights[0];
+    let Light::Environment(light) = &scene.lights[0] else { panic!("no environment") };
     assert!(matches!(light.source, EnvironmentSource::Studio));
     let scene = scene.with_value("light.0.environment.illuminant", Node::text("A")).unwrap();
-    let Light::Environment(light) = &scene.lights[0];
+    let Light::Environment(light) = &scene.lights[0] else { panic!("no environment") };
     assert!(matches!(light.source, EnvironmentSource::Uniform(_)));
 }
 
@@ -368,7 +368,7 @@ fn an_illuminant_may_be_a_table_beside_the_scene() {
         Scene::from_toml(&LEAST.replace("D65", name), origin)
     };
     let scene = lamp("lamp.csv").unwrap();
-    let Light::Environment(light) = &scene.lights[0];
+    let Light::Environment(light) = &scene.lights[0] else { panic!("no environment") };
     let EnvironmentSource::Uniform(illuminant) = &light.source else { panic!("{light:?}") };
     assert!((illuminant.power(595.0) / illuminant.power(360.0) - 2.0).abs() < 1e-12);
     for (name, said) in [("bad.csv", "bad.csv"), ("no-such.csv", "no such file"), ("../lamp.csv", "lies outside")] {

@@ -143,7 +143,7 @@ fn a_lens_has_an_aperture_and_a_focus() {
 #[test]
 fn the_sky_is_a_map_and_a_sun() {
     let scene = read(&LEAST.replace("illuminant = \"D65\"", "builtin = \"sky\", rotation_deg = 30")).unwrap();
-    let Light::Environment(light) = &scene.lights[0];
+    let Light::Environment(light) = &scene.lights[0] else { panic!("no environment") };
     assert!(matches!(light.source, EnvironmentSource::Sky));
     let resolved = resolve(&scene, &Context::default(), &Watch::new()).unwrap();
     let ResolvedSource::Sky(map, sun) = &resolved.environments[0].source else { panic!("no sky") };

@@ -101,6 +101,8 @@ def draw(
             f'the data of medium "{name}" stop inside 360..830 nm; the render continues them as ir.media() states',
             stacklevel=3,
         )
+    for note in scene._core.notes():
+        warnings.warn(note, stacklevel=2)
     tree = scene.to_dict()
     if keep is not None:
         keep.head = head_of(scene, tree, _identity(tree, asked))

@@ -12,7 +12,7 @@ mod shape;
 use iridesce_numerics::Vec3;
 
 pub use self::parts::Geometry;
-pub use self::shape::{Shape, cone_direction, frame};
+pub use self::shape::{Shape, cone_density, cone_direction, frame};
 
 /// A place where a ray meets an object.
 #[derive(Debug, Clone, Copy)]

@@ -233,8 +233,9 @@ pub fn cone_direction(axis: Vec3, cos_rim: f64, (a, b): (f64, f64)) -> (Vec3, f6
     (axis * (1.0 - less) + across * (sine * cos) + up * (sine * sin), cone_density(cos_rim))
 }
 
+/// Probability per solid angle of the directions within a cone.
 #[inline(always)]
-fn cone_density(cos_rim: f64) -> f64 {
+pub fn cone_density(cos_rim: f64) -> f64 {
     1.0 / (std::f64::consts::TAU * (1.0 - cos_rim))
 }
 

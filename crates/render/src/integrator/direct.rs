@@ -3,8 +3,10 @@
 //! What a branch that the surface sends on can find as well is shared out between the two techniques by the balance
 //! heuristic, in proportion to their densities per solid angle
 //! (E. Veach, L. J. Guibas, "Optimally combining sampling techniques for Monte Carlo rendering", SIGGRAPH 1995). Films do not bend light, so a point sees the lights straight through them: both techniques count
-//! such a film as part of the way. A sun is found by light sampling
-//! only; in mirrors, by BSDF sampling only.
+//! such a film as part of the way. Mirrors find lights by BSDF sampling only, and those without size not at all.
+//!
+//! A few lights are all sampled; of many, two are, in proportion to what is expected of them ([`crate::lights::chooser`]). The
+//! maps are always sampled.
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
@@ -13,12 +15,14 @@ use super::escape::Share;
 use super::{Path, Scattered, Sums, Target, Tracer};
 use crate::camera::Ray;
 use crate::failure::PathFailure;
-use crate::geometry::{Hit, cone_direction};
+use crate::geometry::{Hit, cone_density, cone_direction};
+use crate::lights::chooser::{FEW, LightId, PICKS, pick};
 use crate::prepare::Material;
 use crate::sampler::Choices;
 
-/// Most emitters that are all sampled at every hit; of more, one is.
-const ALL_EMITTERS: usize = 4;
+/// Density of a surface's own branch, over that of light sampling, below which it does not look for a sun at all: a diffuse
+/// one would find it once in thousands of times, and then count for little.
+const LOOKS_FOR_SUN: f64 = 0.01;
 
 /// A surface, at the place where a path has met it, that sends light on in more than single directions.
 pub(super) trait Scatters {
@@ -43,24 +47,18 @@ pub(super) trait Scatters {
     ) -> Option<f64>;
 }
 
-/// A light that is sampled from a point.
-#[derive(Clone, Copy)]
-enum LightKind {
-    Maps,
-    Sun(usize),
-    Emitter(usize),
-}
-
-/// A light that was sampled: where it stands, and the probability per solid angle with which it was found there, by
-/// all techniques that share it.
+/// A light that was sampled: where it is seen, how far away, and its contribution's divisor: the probability per solid angle
+/// with which it was found there, by all techniques that share it.
 struct Sampled {
-    light: LightKind,
+    light: LightId,
     direction: Vec3,
+    distance: f64,
     density: f64,
 }
 
 impl Tracer<'_> {
-    /// Samples every light: how much of it arrives here straight.
+    /// Samples the lights: how much of them arrives here straight. Nothing does within a medium that absorbs, where only
+    /// what the surface's own branch finds counts.
     #[inline(always)]
     pub(super) fn direct_light<S: Simd>(
         &mut self,
@@ -70,49 +68,71 @@ impl Tracer<'_> {
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) {
-        let spectra = self.spectra;
-        let lights = &spectra.lights;
-        for sun in 0..lights.suns.len() {
-            let disc = &lights.suns[sun];
-            let (direction, density) = cone_direction(disc.direction, disc.cos_radius, choices.pair());
-            if scatters.density(direction) > 0.0 {
-                self.connect(simd, path, scatters, &Sampled { light: LightKind::Sun(sun), direction, density }, sums);
+        let lights = &self.spectra.lights;
+        let count = lights.count();
+        let suns = lights.suns.len();
+        if count <= FEW {
+            for at in 0..suns {
+                self.sample_light(simd, path, scatters, (lights.id(at), 1.0), sums, choices);
             }
         }
         if let Some(sampler) = &lights.sampler {
             let (direction, density) = sampler.draw(choices.pair());
-            self.connect_shared(simd, path, scatters, Sampled { light: LightKind::Maps, direction, density }, sums);
+            let density = density + scatters.density(direction);
+            let maps = Sampled { light: LightId::Maps, direction, distance: f64::INFINITY, density };
+            self.connect(simd, path, scatters, &maps, sums);
         }
-        let count = lights.area_lights.len();
-        let (first, sampled) = match count {
-            0..=ALL_EMITTERS => (0, count),
-            _ => (((choices.next() * count as f32) as usize).min(count - 1), 1),
-        };
-        for emitter in first..first + sampled {
-            let object = lights.area_lights[emitter].object;
-            let drawn = self.scene.geometry.draw(object, path.hit.point, choices.pair());
-            let Some((direction, density)) = drawn else { continue };
-            let density = density * sampled as f64 / count as f64;
-            let light = LightKind::Emitter(emitter);
-            self.connect_shared(simd, path, scatters, Sampled { light, direction, density }, sums);
+        if count <= FEW {
+            for at in suns..count {
+                self.sample_light(simd, path, scatters, (lights.id(at), 1.0), sums, choices);
+            }
+            return;
         }
+        let mut expected = std::mem::take(&mut self.expected);
+        lights.add_up_expected(path.hit.point, &mut expected);
+        // The picks are spread out: one random number for all of them.
+        let random = choices.pair().0;
+        for i in 0..PICKS {
+            let (at, picks) = pick(&expected, (random + i as f64) / PICKS as f64);
+            self.sample_light(simd, path, scatters, (lights.id(at), picks), sums, choices);
+        }
+        self.expected = expected;
     }
 
-    /// [`Tracer::connect`] to a light that the surface's own branch may find as well, by the balance heuristic.
+    /// Samples a light that is sampled so many times on average.
     #[inline(always)]
-    fn connect_shared<S: Simd>(
+    fn sample_light<S: Simd>(
         &mut self,
         simd: S,
         path: &Path,
         scatters: &impl Scatters,
-        mut sampled: Sampled,
+        (light, picks): (LightId, f64),
         sums: &mut Sums<S>,
+        choices: &mut Choices,
     ) {
-        let scattered = scatters.density(sampled.direction);
-        if scattered > 0.0 {
-            sampled.density += scattered;
-            self.connect(simd, path, scatters, &sampled, sums);
-        }
+        let lights = &self.spectra.lights;
+        let mut distance = f64::INFINITY;
+        let (direction, density) = match light {
+            LightId::Maps => return,
+            LightId::Sun(sun) => {
+                let disc = &lights.suns[sun];
+                let (direction, density) = cone_direction(disc.direction, disc.cos_radius, choices.pair());
+                let (density, scattered) = (density * picks, scatters.density(direction));
+                (direction, if looks_for_sun(scattered, density) { density + scattered } else { density })
+            }
+            LightId::Emitter(emitter) => {
+                let object = lights.area_lights[emitter].object;
+                let drawn = self.scene.geometry.draw(object, path.hit.point, choices.pair());
+                let Some((direction, density)) = drawn else { return };
+                (direction, density * picks + scatters.density(direction))
+            }
+            LightId::Delta(delta) => {
+                let Some(seen) = lights.deltas[delta].source.seen(path.hit.point) else { return };
+                distance = seen.distance;
+                (seen.direction, picks / seen.irradiance)
+            }
+        };
+        self.connect(simd, path, scatters, &Sampled { light, direction, distance, density }, sums);
     }
 
     /// Adds the light that arrives from a direction over its density, if nothing but films stands before it.
@@ -125,14 +145,15 @@ impl Tracer<'_> {
         sampled: &Sampled,
         sums: &mut Sums<S>,
     ) {
-        let &Sampled { light, direction, density } = sampled;
-        if !(density > 0.0 && density < f64::INFINITY) {
+        let &Sampled { light, direction, distance, density } = sampled;
+        if !(density > 0.0 && density < f64::INFINITY && scatters.density(direction) > 0.0) {
             return;
         }
         let scene = self.scene;
+        let mut left = distance;
         let mut next = scene.geometry.nearest(&Ray { origin: path.hit.point, direction }, Some(&path.hit));
         // Not before it is known that anything at all comes from there.
-        if !self.may_arrive(next.as_ref(), light) {
+        if !self.may_arrive(next.as_ref(), light, left) {
             return;
         }
         let Some(slot) = self.free.pop() else { unreachable!("one slot is kept for this") };
@@ -140,7 +161,8 @@ impl Tracer<'_> {
         if let Some(value) = scatters.evaluate(simd, self, &mut way, direction, slot) {
             loop {
                 match next {
-                    Some(film) if matches!(scene.materials[film.object], Material::Film(_)) => {
+                    Some(film) if film.distance < left && self.is_film(&film) => {
+                        left -= film.distance;
                         if !self.pass_film(simd, &mut way, film, slot) {
                             break;
                         }
@@ -151,7 +173,7 @@ impl Tracer<'_> {
                     }
                 }
                 next = scene.geometry.nearest(&Ray { origin: way.hit.point, direction }, Some(&way.hit));
-                if !self.may_arrive(next.as_ref(), light) {
+                if !self.may_arrive(next.as_ref(), light, left) {
                     break;
                 }
             }
@@ -159,13 +181,19 @@ impl Tracer<'_> {
         self.free.push(slot);
     }
 
-    /// Whether what a ray towards a light meets next is that light, or lets it through.
     #[inline(always)]
-    fn may_arrive(&self, next: Option<&Hit>, light: LightKind) -> bool {
-        let Some(next) = next else { return matches!(light, LightKind::Maps | LightKind::Sun(_)) };
+    fn is_film(&self, hit: &Hit) -> bool {
+        matches!(self.scene.materials[hit.object], Material::Film(_))
+    }
+
+    /// Whether what a ray towards a light, at this distance, meets next is that light, or lets it through.
+    #[inline(always)]
+    fn may_arrive(&self, next: Option<&Hit>, light: LightId, distance: f64) -> bool {
+        let Some(next) = next else { return !matches!(light, LightId::Emitter(_)) };
         match (&self.scene.materials[next.object], light) {
             (Material::Film(_), _) => true,
-            (Material::Emitter(emitter), LightKind::Emitter(sampled)) => *emitter == sampled,
+            (Material::Emitter(emitter), LightId::Emitter(sampled)) => *emitter == sampled,
+            (_, LightId::Delta(_)) => next.distance >= distance,
             _ => false,
         }
     }
@@ -200,26 +228,63 @@ impl Tracer<'_> {
     }
 
     #[inline(always)]
-    fn contribute<S: Simd>(&mut self, simd: S, way: &Path, light: LightKind, factor: f32, sums: &mut Sums<S>) {
-        let out = match light {
-            LightKind::Maps => {
-                self.make_room(simd, 1);
-                self.escaped.push(way.direction, Share { maps: 1.0, sun: None })
+    fn contribute<S: Simd>(&mut self, simd: S, way: &Path, light: LightId, factor: f32, sums: &mut Sums<S>) {
+        if light == LightId::Maps {
+            self.make_room(simd, 1);
+            let out = self.escaped.push(way.direction, Share { maps: 1.0, sun: None });
+            for block in 0..self.blocks {
+                let s = self.arena[self.at(way.slot, 0, block)].load(simd);
+                let p = self.arena[self.at(way.slot, 1, block)].load(simd);
+                self.escaped.carried[out * self.blocks + block].store((s + p) * factor);
             }
-            _ => 0,
-        };
+            return;
+        }
+        self.add_light(simd, way, light, factor, sums);
+    }
+
+    /// Adds a share of a light that a path has come to straight.
+    #[inline(always)]
+    pub(super) fn add_light<S: Simd>(&mut self, simd: S, way: &Path, light: LightId, share: f32, sums: &mut Sums<S>) {
+        let lights = &self.spectra.lights;
+        let stokes = lights.linear(light).filter(|_| !way.is_unpolarized);
+        let stokes = stokes.map(|linear| linear.stokes(-way.direction, way.axis).map(|v| v as f32));
         let mut xyz = sums.0;
         for block in 0..self.blocks {
             let s = self.arena[self.at(way.slot, 0, block)].load(simd);
             let p = self.arena[self.at(way.slot, 1, block)].load(simd);
-            let carried = (s + p) * factor;
-            match light {
-                LightKind::Maps => self.escaped.carried[out * self.blocks + block].store(carried),
-                LightKind::Sun(sun) => xyz = self.spectra.lights.add_sun(simd, sun, block, carried, xyz),
-                LightKind::Emitter(emitter) => {
-                    xyz = self.spectra.lights.add_emission(simd, emitter, block, carried, xyz)
+            let mut carried = s + p;
+            if let Some([q, u]) = stokes {
+                // Twice w_I + q w_Q + u w_U.
+                carried += (s - p) * q;
+                if !way.in_plane {
+                    carried += self.arena[self.at(way.slot, 2, block)].load(simd) * (2.0 * u);
                 }
             }
+            xyz = lights.add_light(simd, light, block, carried * share, xyz);
+        }
+        sums.0 = xyz;
+    }
+
+    /// Adds what a path finds that has left the scene where suns overlap or are polarised.
+    #[inline(always)]
+    pub(super) fn add_beyond<S: Simd>(&mut self, simd: S, path: &Path, sums: &mut Sums<S>) {
+        let lights = &self.spectra.lights;
+        let scattered = self.scattered(path);
+        for sun in 0..lights.suns.len() {
+            if lights.suns[sun].is_at(path.direction) {
+                let share = self.sun_mis_weight(sun, scattered);
+                self.add_light(simd, path, LightId::Sun(sun), share, sums);
+            }
+        }
+        let maps = scattered.map_or(1.0, |from| self.environment_mis_weight(from, path.direction));
+        self.make_room(simd, 1);
+        let out = self.escaped.push(path.direction, Share { maps, sun: None });
+        let mut xyz = sums.0;
+        for block in 0..self.blocks {
+            let s = self.arena[self.at(path.slot, 0, block)].load(simd);
+            let p = self.arena[self.at(path.slot, 1, block)].load(simd);
+            self.escaped.carried[out * self.blocks + block].store(s + p);
+            xyz = lights.add_uniform(simd, block, s + p, xyz);
         }
         sums.0 = xyz;
     }
@@ -228,10 +293,20 @@ impl Tracer<'_> {
     #[inline(always)]
     pub(super) fn emitter_mis_weight(&self, scattered: Option<Scattered>, next: &Hit) -> f32 {
         let Some(Scattered { origin, density }) = scattered else { return 1.0 };
-        let count = self.spectra.lights.area_lights.len();
-        let chance = if count <= ALL_EMITTERS { 1.0 } else { 1.0 / count as f64 };
-        let sampled = chance * self.scene.geometry.density(next.object, origin, next.point);
+        let Material::Emitter(emitter) = self.scene.materials[next.object] else { return 1.0 };
+        let picks = self.spectra.lights.expected_picks(LightId::Emitter(emitter), origin);
+        let sampled = picks * self.scene.geometry.density(next.object, origin, next.point);
         (density / (density + sampled)) as f32
+    }
+
+    /// The same for a sun, which branches that would hardly ever find it do not look for.
+    #[inline(always)]
+    pub(super) fn sun_mis_weight(&self, sun: usize, scattered: Option<Scattered>) -> f32 {
+        let Some(Scattered { origin, density }) = scattered else { return 1.0 };
+        let lights = &self.spectra.lights;
+        let picks = lights.expected_picks(LightId::Sun(sun), origin);
+        let sampled = picks * cone_density(lights.suns[sun].cos_radius);
+        if looks_for_sun(density, sampled) { (density / (density + sampled)) as f32 } else { 0.0 }
     }
 
     /// The same for the maps.
@@ -240,4 +315,10 @@ impl Tracer<'_> {
         let sampled = self.spectra.lights.sampler.as_ref().map_or(0.0, |sampler| sampler.density(direction));
         (density / (density + sampled)) as f32
     }
+}
+
+/// Whether a surface's own branch shares in finding a sun, by its density and that of light sampling.
+#[inline(always)]
+fn looks_for_sun(scattered: f64, sampled: f64) -> bool {
+    scattered > LOOKS_FOR_SUN * sampled
 }

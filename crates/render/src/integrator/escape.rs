@@ -6,6 +6,7 @@ use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_numerics::lanes::Singles as Lanes;
 
 use super::{Sums, Tracer};
+use crate::lights::chooser::LightId;
 
 /// Weights of a path in multiple importance sampling: what of the light out there is its own, where light sampling finds
 /// the rest.
@@ -13,8 +14,8 @@ use super::{Sums, Tracer};
 pub struct Share {
     /// Of the maps.
     pub maps: f32,
-    /// The sun that it adds, if any.
-    pub sun: Option<usize>,
+    /// The sun that it adds, if any, and what of it.
+    pub sun: Option<(usize, f32)>,
 }
 
 /// Paths that have escaped from the scene.
@@ -83,15 +84,47 @@ impl Tracer<'_> {
                 let carried = self.escaped.carried[path * self.blocks + block].load(simd);
                 xyz = lights.add_map(simd, block, carried, rgb, xyz);
             }
-            if let Some(sun) = sun {
+            if let Some((sun, share)) = sun {
                 for block in 0..self.blocks {
-                    let carried = self.escaped.carried[path * self.blocks + block].load(simd);
-                    xyz = lights.add_sun(simd, sun, block, carried, xyz);
+                    let carried = self.escaped.carried[path * self.blocks + block].load(simd) * share;
+                    xyz = lights.add_light(simd, LightId::Sun(sun), block, carried, xyz);
                 }
             }
         }
         self.escaped.count = 0;
         self.add(batch, &Sums(xyz));
+    }
+
+    /// Adds what a camera ray finds that meets nothing, through a polariser or none.
+    #[inline(always)]
+    pub(super) fn add_unscattered<S: Simd>(&mut self, simd: S, direction: Vec3, polarizer: Option<Vec3>) {
+        let lights = &self.spectra.lights;
+        let share: f32 = if polarizer.is_some() { 0.5 } else { 1.0 };
+        for c in 0..3 {
+            self.batches[self.batch][c] += f64::from(share) * lights.uniform_xyz[c];
+        }
+        if !lights.depend_on_direction() {
+            return;
+        }
+        let sun = match lights.sun_at(direction) {
+            Some((_, false)) => {
+                for sun in lights.suns.iter().filter(|sun| sun.is_at(direction)) {
+                    let part = match (polarizer, sun.linear) {
+                        (Some(axis), Some(linear)) => 0.5 * (1.0 + linear.stokes(-direction, axis)[0]),
+                        _ => f64::from(share),
+                    };
+                    for (total, xyz) in self.batches[self.batch].iter_mut().zip(sun.xyz) {
+                        *total += part * xyz;
+                    }
+                }
+                None
+            }
+            found => found.map(|(sun, _)| (sun, share)),
+        };
+        self.bare.push(direction, Share { maps: share, sun });
+        if self.bare.count == LANES {
+            self.add_environment_unscattered(simd);
+        }
     }
 
     /// The same for camera rays that met nothing.
@@ -109,16 +142,17 @@ impl Tracer<'_> {
             let own = self.bare.batches[start..count].iter().take_while(|&&other| other == batch).count();
             let mut sum = [0.0_f64; 3];
             for (sum, lanes) in sum.iter_mut().zip(&rgb) {
-                *sum = lanes[start..start + own].iter().map(|&v| f64::from(v)).sum();
+                let own = lanes[start..start + own].iter().zip(&self.bare.shares[start..start + own]);
+                *sum = own.map(|(&v, share)| f64::from(v * share.maps)).sum();
             }
             let total = &mut self.batches[batch];
             for (total, part) in total.iter_mut().zip(lights.xyz(sum)) {
                 *total += part;
             }
             for share in &self.bare.shares[start..start + own] {
-                if let Some(sun) = share.sun {
+                if let Some((sun, share)) = share.sun {
                     for (total, part) in total.iter_mut().zip(lights.suns[sun].xyz) {
-                        *total += part;
+                        *total += f64::from(share) * part;
                     }
                 }
             }

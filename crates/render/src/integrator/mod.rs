@@ -23,7 +23,6 @@ mod tests;
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
-use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_numerics::lanes::Singles as Lanes;
 use iridesce_numerics::turns::exp2;
 
@@ -31,6 +30,7 @@ use self::escape::{Escaped, Share};
 use crate::camera::Ray;
 use crate::failure::PathFailure;
 use crate::geometry::{Hit, frame};
+use crate::lights::chooser::LightId;
 use crate::medium_stack::MediumStack;
 use crate::prepare::{Material, Prepared, Spectra};
 use crate::sampler::Choices;
@@ -131,6 +131,8 @@ pub struct Tracer<'a> {
     scattered: Vec<Scattered>,
     /// Thicknesses of the layers at the hit under work, nm.
     thicknesses: Vec<f32>,
+    /// What is expected of the lights at the hit under work.
+    expected: Vec<f64>,
 }
 
 impl<'a> Tracer<'a> {
@@ -155,6 +157,7 @@ impl<'a> Tracer<'a> {
             failure: None,
             scattered: vec![Scattered::default(); slots],
             thicknesses: Vec::new(),
+            expected: Vec::new(),
         }
     }
 
@@ -189,35 +192,30 @@ impl<'a> Tracer<'a> {
     #[inline(always)]
     pub fn trace<S: Simd>(&mut self, simd: S, ray: Ray, choices: &mut Choices) -> bool {
         let scene = self.scene;
-        let lights = &self.spectra.lights;
+        let polarizer = scene.camera.polarizer(ray.direction);
         let Some(hit) = scene.geometry.nearest(&ray, None) else {
-            if self.is_dark(scene.enclosing_media(&ray)) {
-                return true;
-            }
-            for c in 0..3 {
-                self.batches[self.batch][c] += lights.uniform_xyz[c];
-            }
-            if lights.depend_on_direction() {
-                self.bare.push(ray.direction, Share { maps: 1.0, sun: lights.sun_at(ray.direction) });
-                if self.bare.count == LANES {
-                    self.add_environment_unscattered(simd);
-                }
+            if !self.is_dark(scene.enclosing_media(&ray)) {
+                self.add_unscattered(simd, ray.direction, polarizer);
             }
             return true;
         };
         let Some(slot) = self.free.pop() else { unreachable!("all slots are free between camera rays") };
         let start = slot * 4 * self.blocks;
         self.arena[start..start + 2 * self.blocks].fill(Lanes::ONE);
+        if polarizer.is_some() {
+            // Along the polariser all, across it nothing.
+            self.arena[start + self.blocks..start + 2 * self.blocks].fill(Lanes::ZERO);
+        }
         let mut path = Path {
             direction: ray.direction,
             hit,
-            axis: frame(ray.direction).0,
+            axis: polarizer.unwrap_or_else(|| frame(ray.direction).0),
             slot,
             hits: 0,
             floor: FAINT,
             medium: scene.enclosing_media(&ray),
             in_plane: true,
-            is_unpolarized: true,
+            is_unpolarized: polarizer.is_none(),
             band: None,
             is_scattered: false,
         };
@@ -247,14 +245,18 @@ impl<'a> Tracer<'a> {
     fn scatter<S: Simd>(&mut self, simd: S, path: &mut Path, sums: &mut Sums<S>, choices: &mut Choices) -> bool {
         let scene = self.scene;
         self.attenuate(simd, path);
-        match &scene.materials[path.hit.object] {
-            Material::Film(film) => self.scatter_film(simd, path, film, sums, choices),
-            Material::Coating(coating) => self.scatter_coating(simd, path, coating, sums, choices),
-            Material::Diffuse { is_black: true, .. } => false,
-            Material::Diffuse { number, .. } => self.scatter_diffuse(simd, path, *number, sums, choices),
-            Material::Emitter(emitter) => {
+        match scene.materials.get(path.hit.object) {
+            Some(Material::Film(film)) => self.scatter_film(simd, path, film, sums, choices),
+            Some(Material::Coating(coating)) => self.scatter_coating(simd, path, coating, sums, choices),
+            Some(Material::Diffuse { is_black: true, .. }) => false,
+            Some(Material::Diffuse { number, .. }) => self.scatter_diffuse(simd, path, *number, sums, choices),
+            Some(Material::Emitter(emitter)) => {
                 let share = self.emitter_mis_weight(self.scattered(path), &path.hit);
-                self.add_emission(simd, path, *emitter, share, sums);
+                self.add_light(simd, path, LightId::Emitter(*emitter), share, sums);
+                false
+            }
+            None => {
+                self.add_beyond(simd, path, sums);
                 false
             }
         }
@@ -274,17 +276,6 @@ impl<'a> Tracer<'a> {
                 self.arena[at].store(left);
             }
         }
-    }
-
-    #[inline(always)]
-    fn add_emission<S: Simd>(&mut self, simd: S, path: &Path, emitter: usize, share: f32, sums: &mut Sums<S>) {
-        let mut xyz = sums.0;
-        for block in 0..self.blocks {
-            let s = self.arena[self.at(path.slot, 0, block)].load(simd);
-            let p = self.arena[self.at(path.slot, 1, block)].load(simd);
-            xyz = self.spectra.lights.add_emission(simd, emitter, block, (s + p) * share, xyz);
-        }
-        sums.0 = xyz;
     }
 
     /// Where a path was scattered, if it has come straight from there.
@@ -310,15 +301,26 @@ impl<'a> Tracer<'a> {
     ) -> Continuation {
         let scene = self.scene;
         let Some(next) = scene.geometry.nearest(&Ray { origin: hit.point, direction }, Some(hit)) else {
-            return if self.is_dark(medium) { Continuation::Absorbed } else { Continuation::Escapes };
+            return match self.spectra.lights.sun_at(direction) {
+                _ if self.is_dark(medium) => Continuation::Absorbed,
+                // Its whole Stokes vector is needed, or more than one share: it goes on as if to a last surface.
+                Some((_, false)) => Continuation::Surface(Hit { object: scene.materials.len(), distance: 0.0, ..*hit }),
+                _ => Continuation::Escapes,
+            };
         };
         match &scene.materials[next.object] {
             Material::Diffuse { is_black: true, .. } => Continuation::Absorbed,
-            Material::Emitter(emitter) if !self.is_dark(medium) => {
+            Material::Emitter(emitter) if !self.is_dark(medium) && self.is_natural(*emitter) => {
                 Continuation::Emitter(*emitter, self.emitter_mis_weight(scattered, &next))
             }
             _ => Continuation::Surface(next),
         }
+    }
+
+    /// Whether an emitter is unpolarised: of others the whole Stokes vector is needed, by a path that comes to them.
+    #[inline(always)]
+    fn is_natural(&self, emitter: usize) -> bool {
+        self.spectra.lights.area_lights[emitter].linear.is_none()
     }
 
     /// Where the spectra of a branch are written.
@@ -334,10 +336,9 @@ impl<'a> Tracer<'a> {
         match continuation {
             Continuation::Surface(_) => Target::Slot(slot),
             Continuation::Escapes if lights.depend_on_direction() => {
-                let share = match scattered {
-                    None => Share { maps: 1.0, sun: lights.sun_at(direction) },
-                    Some(from) => Share { maps: self.environment_mis_weight(from, direction), sun: None },
-                };
+                let sun = lights.sun_at(direction).map(|(sun, _)| (sun, self.sun_mis_weight(sun, scattered)));
+                let maps = scattered.map_or(1.0, |from| self.environment_mis_weight(from, direction));
+                let share = Share { maps, sun: sun.filter(|(_, share)| *share > 0.0) };
                 Target::Out(self.escaped.push(direction, share))
             }
             Continuation::Escapes => Target::Uniform,

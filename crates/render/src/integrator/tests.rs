@@ -1,5 +1,6 @@
 use fearless_simd::{Level, dispatch};
 use iridesce_numerics::Watch;
+use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_optics::stack::solve;
 use iridesce_optics::{Complex64, Polarization};
 use iridesce_scene::{Context, Origin, ResolvedScene, Scene, resolve};

@@ -1,4 +1,10 @@
 //! All the light of a scene, added up: uniform lights are one set of spectral weights, maps one RGB radiance.
+//!
+//! Suns, emitters and lights without size ([`delta`]) are sampled one by one or by what is expected of them ([`chooser`]).
+
+pub mod chooser;
+pub mod delta;
+pub mod polarization;
 
 use std::sync::Arc;
 
@@ -8,9 +14,12 @@ use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_numerics::lanes::Singles as Lanes;
 use iridesce_numerics::lanes::blocks;
 use iridesce_optics::OpticsError;
-use iridesce_optics::color::{Illuminant, Observer, rgb_basis};
-use iridesce_scene::{Emitter, ResolvedEnvironment, ResolvedScene, ResolvedSource};
+use iridesce_optics::color::{Illuminant, Observer, REC709_LUMINANCE, rgb_basis};
+use iridesce_scene::{Emitter, Light, ResolvedEnvironment, ResolvedScene, ResolvedSource, Sun};
 
+use self::chooser::{Extent, FEW, LightId, expected_picks};
+use self::delta::DeltaSource;
+use self::polarization::Linear;
 use crate::environment::{MapLookup, MapSampler};
 use crate::spectral::Nodes;
 
@@ -61,12 +70,41 @@ pub struct SunDisc {
     weights: Vec<Weights>,
     /// Its XYZ with nothing in between.
     pub xyz: [f64; 3],
+    pub linear: Option<Linear>,
+    /// It belongs to a sky.
+    is_of_sky: bool,
+}
+
+impl SunDisc {
+    /// The Y of its irradiance on what faces it.
+    #[inline(always)]
+    pub fn irradiance(&self) -> f64 {
+        self.xyz[1] * std::f64::consts::PI * (1.0 - self.cos_radius * self.cos_radius)
+    }
+
+    /// Whether it is seen in a direction.
+    #[inline(always)]
+    pub fn is_at(&self, direction: Vec3) -> bool {
+        direction.dot(self.direction) >= self.cos_radius
+    }
 }
 
 /// A surface that emits.
 pub struct AreaLight {
     pub object: usize,
     weights: Vec<Weights>,
+    pub linear: Option<Linear>,
+    /// The Y of its radiance.
+    power: f64,
+    extent: Option<Extent>,
+}
+
+/// A light without size.
+pub struct DeltaLamp {
+    pub source: DeltaSource,
+    weights: Vec<Weights>,
+    linear: Option<Linear>,
+    power: f64,
 }
 
 /// The lights of a scene. Light is linear, so any number of environments costs no more than these.
@@ -85,15 +123,23 @@ pub struct Lights {
     pub suns: Vec<SunDisc>,
     /// In the order of their numbers.
     pub area_lights: Vec<AreaLight>,
+    pub deltas: Vec<DeltaLamp>,
+}
+
+/// An object that emits.
+pub struct EmittingObject<'a> {
+    pub object: usize,
+    pub emitter: &'a Emitter,
+    pub extent: Option<Extent>,
 }
 
 impl Lights {
-    /// `emitters`: emitting objects by their index, in the order of their numbers.
+    /// `emitters`: in the order of their numbers.
     pub fn new(
         scene: &ResolvedScene,
         nodes: &Nodes,
         around: &EnvironmentLight,
-        emitters: &[(usize, &Emitter)],
+        emitters: &[EmittingObject<'_>],
     ) -> Result<Lights, OpticsError> {
         let map_weights = halved(&Illuminant::named("D65")?, nodes);
         let basis: [Vec<f64>; 3] =
@@ -103,13 +149,14 @@ impl Lights {
         });
         let mut uniform: Option<[Vec<f64>; 3]> = None;
         let mut suns: Vec<(Vec3, f64, [Vec<f64>; 3])> = Vec::new();
+        let cos_radius = |sun: &Sun| sun.angular_radius_deg.to_radians().cos();
         for environment in &scene.environments {
             match &environment.source {
                 ResolvedSource::Map(_) => {}
                 ResolvedSource::Sky(_, sun) => {
                     let weights = scaled(&halved(&sun.illuminant, nodes), environment.radiance * sun.radiance);
                     let direction = turned(sun.direction.into(), environment.rotation_deg).normalized();
-                    let cos_radius = sun.angular_radius_deg.to_radians().cos();
+                    let cos_radius = cos_radius(sun);
                     // Two skies have one sun, of both radiances: a place of the sky is looked up in one disc.
                     match suns.iter_mut().find(|(there, cos, _)| (*there, *cos) == (direction, cos_radius)) {
                         Some((_, _, sum)) => add_to(sum, &weights),
@@ -123,15 +170,38 @@ impl Lights {
                 }
             }
         }
-        let sun_disc = |(direction, cos_radius, weights)| SunDisc {
+        let sun_disc = |(direction, cos_radius, weights), linear, is_of_sky| SunDisc {
             direction,
             cos_radius,
             xyz: sums(&weights),
             weights: in_blocks(weights),
+            linear,
+            is_of_sky,
         };
-        let area_light = |&(object, emitter): &(usize, &Emitter)| AreaLight {
+        let mut suns: Vec<SunDisc> = suns.into_iter().map(|disc| sun_disc(disc, None, true)).collect();
+        let mut deltas = Vec::new();
+        for light in &scene.recipe.lights {
+            match light {
+                Light::Environment(_) => {}
+                Light::Sun(sun) => {
+                    let weights = scaled(&halved(&sun.illuminant, nodes), sun.radiance);
+                    let disc = (sun.direction.into(), cos_radius(sun), weights);
+                    suns.push(sun_disc(disc, sun.polarized_deg.map(Linear::new), false));
+                }
+                Light::Delta(delta) => deltas.push(DeltaLamp {
+                    source: DeltaSource::new(&delta.kind),
+                    weights: in_blocks(scaled(&halved(&delta.illuminant, nodes), delta.power)),
+                    linear: delta.polarized_deg.map(Linear::new),
+                    power: delta.power,
+                }),
+            }
+        }
+        let area_light = |&EmittingObject { object, emitter, extent }: &EmittingObject<'_>| AreaLight {
             object,
             weights: in_blocks(scaled(&halved(&emitter.illuminant, nodes), emitter.radiance)),
+            linear: emitter.polarized_deg.map(Linear::new),
+            power: emitter.radiance,
+            extent,
         };
         Ok(Lights {
             uniform_xyz: uniform.as_ref().map_or([0.0; 3], sums),
@@ -145,27 +215,114 @@ impl Lights {
                 .map(|(weights, basis)| MapBlock { basis, weights })
                 .collect(),
             rgb_to_xyz,
-            suns: suns.into_iter().map(sun_disc).collect(),
+            suns,
             area_lights: emitters.iter().map(area_light).collect(),
+            deltas,
         })
     }
 
-    /// By what a path's s and p weights are judged: the Y weights of the lights, scaled to a sum of 1/2.
+    /// How many lights are sampled, the maps apart.
+    #[inline(always)]
+    pub fn count(&self) -> usize {
+        self.suns.len() + self.area_lights.len() + self.deltas.len()
+    }
+
+    /// The lights in the order in which they are sampled.
+    #[inline(always)]
+    pub fn id(&self, at: usize) -> LightId {
+        let (suns, emitters) = (self.suns.len(), self.area_lights.len());
+        if at < suns {
+            LightId::Sun(at)
+        } else if at < suns + emitters {
+            LightId::Emitter(at - suns)
+        } else {
+            LightId::Delta(at - suns - emitters)
+        }
+    }
+
+    /// About the Y of the irradiance that a light makes at a place on what faces it.
+    #[inline(always)]
+    fn expected(&self, light: LightId, from: Vec3) -> f64 {
+        match light {
+            LightId::Maps => 0.0,
+            LightId::Sun(sun) => self.suns[sun].irradiance(),
+            LightId::Emitter(emitter) => {
+                let light = &self.area_lights[emitter];
+                light.power * light.extent.map_or(0.0, |extent| extent.irradiance(from))
+            }
+            LightId::Delta(delta) => {
+                let light = &self.deltas[delta];
+                light.power * light.source.seen(from).map_or(0.0, |seen| seen.irradiance)
+            }
+        }
+    }
+
+    /// What is expected of every light at a place, each added to all before it.
+    #[inline(always)]
+    pub fn add_up_expected(&self, from: Vec3, sums: &mut Vec<f64>) {
+        sums.clear();
+        let mut sum = 0.0;
+        for at in 0..self.count() {
+            sum += self.expected(self.id(at), from);
+            sums.push(sum);
+        }
+    }
+
+    /// How often a light is sampled from a place, on average.
+    #[inline(always)]
+    pub fn expected_picks(&self, light: LightId, from: Vec3) -> f64 {
+        let count = self.count();
+        if count <= FEW {
+            return 1.0;
+        }
+        let total = (0..count).map(|at| self.expected(self.id(at), from)).sum();
+        expected_picks(self.expected(light, from), total, count)
+    }
+
+    /// The mean radiance Y, over all directions and some places, that a light is worth there.
+    fn mean_radiance(&self, light: LightId, places: &[Vec3]) -> f64 {
+        let sum: f64 = places.iter().map(|place| self.expected(light, *place)).sum();
+        sum / (places.len() as f64 * std::f64::consts::PI)
+    }
+
+    /// By what a path's s and p weights are judged: the Y weights of the lights, each by how much light it is expected to
+    /// give at `places` of the scene, scaled to a sum of 1/2.
     ///
     /// They are kept even where a cardinal spline dips below zero: choices in proportion to exactly the luminance
     /// that the picture shows are what keeps a white furnace white.
-    pub fn importance(&self) -> Vec<Lanes> {
+    pub fn importance(&self, places: &[Vec3]) -> Vec<Lanes> {
         let y = |weights: &[Weights]| -> Vec<Lanes> { weights.iter().map(|w| w[1]).collect() };
+        let total = |weights: &[Lanes]| weights.iter().flat_map(|l| l.0).map(f64::from).sum::<f64>();
         let maps: Vec<Weights> = self.map_blocks.iter().map(|block| block.weights).collect();
-        let any = |weights: &[Lanes]| weights.iter().flat_map(|l| l.0).sum::<f32>() > 0.0;
-        let area_lights = self.area_lights.iter().map(|area_light| y(&area_light.weights));
-        let weights = std::iter::once(y(&self.uniform))
-            .chain([y(&maps)])
-            .chain(area_lights)
-            .find(|weights| any(weights))
-            .unwrap_or_else(|| vec![Lanes::ONE; self.map_blocks.len()]);
-        let sum: f64 = weights.iter().flat_map(|l| l.0).map(f64::from).sum();
-        blocks(weights.iter().flat_map(|l| l.0).map(|w| 0.5 * f64::from(w) / sum))
+        let map_y: f64 = self.mean_rgb.iter().zip(REC709_LUMINANCE).map(|(v, y)| f64::from(*v) * y).sum();
+        // The sun of a sky is of the sky's own colour, and counts with it.
+        let suns = self.suns.iter().map(|sun| if sun.is_of_sky { &[] } else { &sun.weights[..] });
+        let single = suns
+            .chain(self.area_lights.iter().map(|light| &light.weights[..]))
+            .chain(self.deltas.iter().map(|light| &light.weights[..]))
+            .enumerate()
+            .map(|(at, weights)| (y(weights), self.mean_radiance(self.id(at), places)));
+        let (uniform, maps) = (y(&self.uniform), y(&maps));
+        let uniform_y = 2.0 * total(&uniform);
+        let has_maps = self.has_maps();
+        let kinds: Vec<(Vec<Lanes>, f64)> = [(uniform, uniform_y), (maps, if has_maps { map_y } else { 0.0 })]
+            .into_iter()
+            .chain(single)
+            .filter(|(weights, worth)| *worth > 0.0 && total(weights) > 0.0)
+            .collect();
+        let mut sum = vec![0.0; self.map_blocks.len() * LANES];
+        for (weights, worth) in &kinds {
+            // One alone keeps exactly its own weights.
+            let scale = if kinds.len() == 1 { 1.0 } else { worth / total(weights) };
+            for (sum, weight) in sum.iter_mut().zip(weights.iter().flat_map(|l| l.0)) {
+                *sum += scale * f64::from(weight);
+            }
+        }
+        if kinds.is_empty() {
+            sum.fill(1.0);
+        }
+        let all: f64 = sum.iter().sum();
+        blocks(sum.into_iter().map(|w| 0.5 * w / all))
     }
 
     /// Whether any light far away depends on direction.
@@ -180,23 +337,42 @@ impl Lights {
         !self.maps.is_empty()
     }
 
-    /// The sun in this direction.
+    /// The sun in this direction, and whether that is all of it: one sun, of natural light.
     #[inline(always)]
-    pub fn sun_at(&self, direction: Vec3) -> Option<usize> {
-        self.suns.iter().position(|sun| direction.dot(sun.direction) >= sun.cos_radius)
+    pub fn sun_at(&self, direction: Vec3) -> Option<(usize, bool)> {
+        let mut there = self.suns.iter().enumerate().filter(|(_, sun)| sun.is_at(direction));
+        let (first, sun) = there.next()?;
+        Some((first, sun.linear.is_none() && there.next().is_none()))
     }
 
-    /// Adds a sun's light found by a path that carries `s_and_p` at a block of nodes.
+    /// The polarisation of a light.
     #[inline(always)]
-    pub fn add_sun<S: Simd>(
+    pub fn linear(&self, light: LightId) -> Option<Linear> {
+        match light {
+            LightId::Maps => None,
+            LightId::Sun(sun) => self.suns[sun].linear,
+            LightId::Emitter(emitter) => self.area_lights[emitter].linear,
+            LightId::Delta(delta) => self.deltas[delta].linear,
+        }
+    }
+
+    /// Adds the light of a sun, an emitter or a light without size, found by a path that carries `s_and_p` at a block of nodes.
+    #[inline(always)]
+    pub fn add_light<S: Simd>(
         &self,
         simd: S,
-        sun: usize,
+        light: LightId,
         block: usize,
         s_and_p: f32x16<S>,
         xyz: [f32x16<S>; 3],
     ) -> [f32x16<S>; 3] {
-        add_weighted(simd, &self.suns[sun].weights[block], s_and_p, xyz)
+        let weights = match light {
+            LightId::Maps => return xyz,
+            LightId::Sun(sun) => &self.suns[sun].weights,
+            LightId::Emitter(emitter) => &self.area_lights[emitter].weights,
+            LightId::Delta(delta) => &self.deltas[delta].weights,
+        };
+        add_weighted(simd, &weights[block], s_and_p, xyz)
     }
 
     /// Adds an emitter's light found by a path that carries `s_and_p` at a block of nodes.

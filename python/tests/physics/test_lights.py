@@ -1,0 +1,208 @@
+"""Lights without size, suns, many lights at once: irradiance in closed form.
+
+A matt surface of reflectance rho under the irradiance E has the radiance rho E / pi, the same in every direction.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import iridesce as ir
+from physics.scenes import DARK, WHITE, build, dielectric, diffuse, disk, emitter, film, lit, plane, sphere, view
+
+FLOOR = plane([0, 0, 0], [0, 1, 0], diffuse(1.0))
+BLACK = diffuse(0.0)
+
+
+def directional(direction, irradiance=1.0, **more):
+    return {"directional": {"direction": list(direction), "irradiance": irradiance, **more}}
+
+
+def sun(direction, irradiance=1.0, **more):
+    return {"sun": {"direction": list(direction), "irradiance": irradiance, **more}}
+
+
+def point(position, intensity=1.0, **more):
+    return {"point": {"position": list(position), "intensity": intensity, **more}}
+
+
+def spot(position, intensity=1.0, **more):
+    return {"spot": {"position": list(position), "intensity": intensity, **more}}
+
+
+def look_at(x=0.0, z=0.0, **more):
+    """A tiny parallel view of the floor, from low enough to pass beneath the lamps."""
+    return view([x + 0.3, 0.2, z], [x, 0, z], **{"orthographic_height": 1e-6, **more})
+
+
+def shown(objects, lights, camera=None, **settings):
+    """XYZ of a picture of one pixel."""
+    scene = build(objects, camera or look_at(), lights, **{"samples": 16, **settings})
+    return ir.render(scene).xyz[0, 0].astype(np.float64)
+
+
+# ---- irradiance ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("angle_deg", [0.0, 60.0, 85.0])
+def test_directional_light_falls_by_the_cosine(angle_deg):
+    a = np.radians(angle_deg)
+    found = shown([FLOOR], [directional([3.0 * np.sin(a), 3.0 * np.cos(a), 0.0], 2.0)])[1]
+    assert found == pytest.approx(2.0 * np.cos(a) / np.pi, rel=2e-6)
+
+
+def test_light_from_below_the_floor_does_not_reach_it():
+    assert shown([FLOOR], [directional([0.1, -1.0, 0.0]), point([0, -1, 0]), DARK])[1] == 0.0
+
+
+@pytest.mark.parametrize("x", [0.0, 0.5, 2.0])
+def test_a_point_falls_by_the_square_of_its_distance(x):
+    found = shown([FLOOR], [point([0, 1, 0], 3.0)], look_at(x))[1]
+    assert found == pytest.approx(3.0 / (np.pi * (1.0 + x * x) ** 1.5), rel=2e-6)
+
+
+def test_things_hide_a_point_only_if_they_stand_before_it():
+    lamp = point([0, 1, 0])
+    assert shown([FLOOR, disk([0, 0.5, 0], [0, 1, 0], 0.1, BLACK)], [lamp])[1] == 0.0
+    assert shown([FLOOR, disk([0, 1.5, 0], [0, 1, 0], 0.1, BLACK)], [lamp])[1] == pytest.approx(1.0 / np.pi, rel=2e-6)
+
+
+def test_a_spot_is_full_in_its_cone_and_gone_beyond_its_edge():
+    """From 2 above the floor: cos / r^2, times 1 up to 30 degrees, 1/2 in the middle of the edge, 0 from 40 on."""
+    lamp = spot([0, 2, 0], 5.0, cone_deg=60.0, soft_deg=10.0)
+    for angle_deg, share in ((0.0, 1.0), (29.9, 1.0), (35.0, 0.5), (40.1, 0.0)):
+        a = np.radians(angle_deg)
+        wanted = share * 5.0 * np.cos(a) * (np.cos(a) / 2.0) ** 2 / np.pi
+        assert shown([FLOOR], [lamp], look_at(2.0 * np.tan(a)))[1] == pytest.approx(wanted, rel=1e-4, abs=1e-12)
+
+
+@pytest.mark.parametrize("diameter_deg", [0.53, 20.0, 120.0])
+def test_a_sun_has_the_irradiance_that_it_states(diameter_deg):
+    """Overhead E; aslant E cos, as long as the whole disc is above the floor."""
+    lamp = {"irradiance": 2.0, "angular_diameter_deg": diameter_deg}
+    for angle_deg in (0.0, 25.0):
+        a = np.radians(angle_deg)
+        found = shown([FLOOR], [sun([np.sin(a), np.cos(a), 0.0], **lamp)], samples=4096)[1]
+        assert found == pytest.approx(2.0 * np.cos(a) / np.pi, rel=2e-3)
+
+
+def test_a_sun_is_seen_as_a_disc_of_its_radiance():
+    nothing = sphere([0, -1e6, 0], 1.0, BLACK)
+    lamp = sun([0, 0, -2], 3.0, angular_diameter_deg=2.0)
+    inside = shown([nothing], [lamp], view([0, 0, 0], [0, 0, -1], fov_deg=1.0))[1]
+    assert inside == pytest.approx(3.0 / (np.pi * np.sin(np.radians(1.0)) ** 2), rel=1e-5)
+    beside = view([0, 0, 0], [0, np.sin(np.radians(1.6)), -np.cos(np.radians(1.6))], fov_deg=1.0)
+    assert shown([nothing], [lamp], beside)[1] == 0.0
+
+
+def test_suns_that_overlap_add():
+    """Two discs around one direction, one of them polarised, seen straight and in a mirror."""
+    lights = [
+        sun([0, 0, -1], 1.0, angular_diameter_deg=2.0),
+        sun([0, 0, -1], 2.0, angular_diameter_deg=4.0),
+        lit("D65", 5.0),
+    ]
+    lights[0]["sun"]["polarized_deg"] = 20.0
+    wanted = 1.0 / (np.pi * np.sin(np.radians(1.0)) ** 2) + 2.0 / (np.pi * np.sin(np.radians(2.0)) ** 2) + 5.0
+    nothing = sphere([0, -1e6, 0], 1.0, BLACK)
+    assert shown([nothing], lights, view([0, 0, 0], [0, 0, -1], fov_deg=1.0))[1] == pytest.approx(wanted, rel=1e-5)
+    mirror = disk([0, 0, 1], [0, 0, -1], 0.5, {"metal": {"medium": "Ag"}})
+    reflectance = ir.Stack(["air", "Ag"]).color()[1]
+    seen = shown([mirror], lights, view([0, 0, 0], [0, 0, 1], fov_deg=0.2))[1]
+    assert seen == pytest.approx(wanted * reflectance, rel=1e-3)
+
+
+def test_lamps_have_their_colour():
+    """Also where their lines are the only light there is."""
+    for name in ("lines:589.158*2,589.756", "A", "FL2"):
+        white = ir.color.spectrum_to_xyz([360.0, 830.0], [1.0, 1.0], illuminant=name)
+        for lamp in (directional([0, 1, 0], np.pi, illuminant=name), point([0, 1, 0], np.pi, illuminant=name)):
+            assert shown([FLOOR], [lamp]) == pytest.approx(white, rel=1e-4)
+
+
+def test_films_pass_what_they_pass():
+    """A point above a film above the floor: T of the film, twice where there are two."""
+    passed = ir.Stack(["air", ir.Layer(1.33, thickness_nm=300.0), "air"])
+    sheets = [disk([0, y, 0], [0, 1, 0], 0.5, film(1.33, 300.0)) for y in (0.5, 0.6, 1.5)]
+    found = shown([FLOOR, sheets[0], sheets[2]], [point([0, 1, 0], np.pi), DARK])
+    # the floor is seen past the sheets; between them and the floor light goes to and fro
+    wanted = passed.color(quantity="transmittance")[1]
+    assert wanted < 0.98
+    assert found[1] > wanted
+    black = plane([0, 0, 0], [0, 1, 0], diffuse(0.01))
+    once = shown([black, sheets[0]], [point([0, 1, 0], np.pi)], samples=64)[1] / 0.01
+    assert once == pytest.approx(wanted, rel=2e-3)
+
+
+# ---- many lights --------------------------------------------------------------------------------------------------------
+
+
+def test_many_lights_of_all_kinds_add_up():
+    """Eleven lights of every kind, of which two are asked at a time, and a sky: the sum of each alone."""
+    places = [(x, 1.0 + 0.1 * i, 0.3 * i - 0.5) for i, x in enumerate((-1.0, -0.2, 0.4, 1.3))]
+    lights = [point(place, 0.5 + i) for i, place in enumerate(places)]
+    lights += [spot(place, 2.0, cone_deg=50.0, soft_deg=5.0, target=[0, 0, 0]) for place in places[:2]]
+    lights += [directional([0.3, 1.0, 0.2], 0.7), sun([-0.5, 1.0, 0.0], 0.8), lit("D65", 0.3)]
+    lamps = [sphere([1.0, 1.0, 0.3], 0.2, emitter(3.0)), disk([-1.0, 1.5, 0.3], [0.3, -1, 0], 0.3, emitter(2.0))]
+    alone = sum(shown([FLOOR], [light], samples=256)[1] for light in lights)
+    alone += sum(shown([FLOOR, lamp], [DARK], samples=4096)[1] for lamp in lamps)
+    # black where the lamps hide each other and the sky: their own shadows are taken off
+    hidden = sum(1.0 - shown([FLOOR, {**lamp, "surface": BLACK}], [WHITE], samples=1024)[1] for lamp in lamps)
+    scene = build([FLOOR, *lamps], look_at(), lights, samples=4096)
+    found = np.array([ir.render(scene, seed=seed).xyz[0, 0, 1] for seed in range(8)], dtype=np.float64)
+    error = found.std(ddof=1) / np.sqrt(len(found))
+    assert error < 0.005 * alone
+    assert abs(found.mean() - (alone - 0.3 * hidden)) < 5.0 * error + 1e-3 * alone
+
+
+def test_a_faint_lamp_makes_no_noise():
+    """A lamp of 1e-6 beside a studio leaves the noise of a picture what it was: choices are made by all of the light."""
+
+    def noise(lights):
+        camera = view([0, 0, 16], [0, 0, 0], (12, 12), fov_deg=35.0)
+        glass = sphere([0, 0, 0], 4.0, dielectric("N-BK7"))
+        inside = sphere([0, 0, 0], 2.0, film(1.0, 500.0, "N-BK7"))
+        scene = ir.Scene.load(build([glass, inside], camera, lights, samples=4))
+        xyz = np.array([ir.render(scene, seed=seed).xyz for seed in range(12)], dtype=np.float64)
+        return np.sqrt(xyz.var(axis=0, ddof=1).mean())
+
+    studio = {"environment": {"builtin": "studio"}}
+    without = noise([studio])
+    for faint in (lit("laser:700", 1e-6), directional([0, 1, 0], 1e-6, illuminant="laser:700")):
+        assert noise([studio, faint]) == pytest.approx(without, rel=0.1)
+
+
+# ---- what is refused, and told ------------------------------------------------------------------------------------------
+
+
+def test_a_point_within_glass_is_refused():
+    glass = sphere([0, 1, 0], 0.5, dielectric(1.5))
+    with pytest.raises(ir.SceneError, match=r"light\.0\.point\.position lies within") as caught:
+        ir.render(build([FLOOR, glass], look_at(), [point([0, 1.1, 0])]))
+    assert caught.value.key == "light.0.point.position"
+    ir.render(build([FLOOR, sphere([0, 1, 0], 0.5, film(1.33, 100.0))], look_at(), [point([0, 1.1, 0])], samples=1))
+
+
+@pytest.mark.parametrize(
+    ("light", "key"),
+    [
+        (sun([0, 0, 0]), "light.0.sun.direction"),
+        (sun([0, 1, 0], -1.0), "light.0.sun.irradiance"),
+        (sun([0, 1, 0], angular_diameter_deg=0.0), "light.0.sun.angular_diameter_deg"),
+        (point([0, 1, 0], float("nan")), "light.0.point.intensity"),
+        (spot([0, 0, 0]), "light.0.spot.target"),
+        (spot([0, 1, 0], cone_deg=200.0), "light.0.spot.cone_deg"),
+        ({"directional": {}}, "light.0.directional.direction"),
+        ({"point": {"position": [0, 1, 0]}, "sun": {"direction": [0, 1, 0]}}, "light.0"),
+    ],
+)
+def test_lights_that_are_refused(light, key):
+    with pytest.raises(ir.SceneError) as caught:
+        ir.Scene.load(build([FLOOR], look_at(), [light]))
+    assert caught.value.key == key
+
+
+def test_a_scene_that_nothing_can_light_is_told():
+    with pytest.warns(UserWarning, match="no size"):
+        ir.render(build([sphere([0, 0, 0], 1.0, dielectric(1.5))], look_at(), [directional([0, 1, 0])], samples=1))
