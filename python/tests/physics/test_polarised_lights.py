@@ -159,15 +159,15 @@ def test_two_metal_mirrors_turned_against_each_other(own):
 def test_a_microscope_averages_over_its_pupil():
     """Colours of a film under a high aperture: the mean of R over sin^2 from 0 to NA^2, in each polarisation."""
     aperture = 0.9
-    camera = view([0, 5, 0], [0, 0, 0], orthographic_height=0.01, numerical_aperture=aperture, up=[0, 0, 1])
+    camera = view([0, 5, 0], [0, 0, 0], (4, 4), orthographic_height=0.01, numerical_aperture=aperture, up=[0, 0, 1])
     coated = {"coating": {"layers": [{"medium": 1.46, "thickness_nm": 450.0}], "substrate": [4.1, 0.05]}}
     stack = ir.Stack(["air", ir.Layer(1.46, thickness_nm=450.0), 4.1 + 0.05j])
     node, weight = np.polynomial.legendre.leggauss(48)
     sine2 = aperture**2 * (node + 1.0) / 2.0
     wanted = (weight / 2.0) @ stack.color(np.degrees(np.arcsin(np.sqrt(sine2))))
-    scene = build([plane([0, 0, 0], [0, 1, 0], coated)], camera, [WHITE], samples=16384)
-    found = ir.render(scene).xyz[0, 0].astype(np.float64)
-    assert found == pytest.approx(wanted, rel=2e-3)
+    scene = build([plane([0, 0, 0], [0, 1, 0], coated)], camera, [WHITE], samples=4096)
+    found = ir.render(scene).xyz.mean(axis=(0, 1), dtype=np.float64)
+    assert found == pytest.approx(wanted, rel=5e-3)
     assert np.abs(stack.color() / wanted - 1.0).max() > 0.05  # it matters
 
 
