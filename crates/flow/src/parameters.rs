@@ -243,7 +243,8 @@ impl Parameters {
         match name {
             "bubble-on-bath-preview" => Ok(dome_preview(256)),
             "bubble-on-bath-small-preview" => Ok(dome_preview(128)),
-            "free-bubble-preview" => Ok(free_preview(256)),
+            // A whole sphere has twice the rows of a dome: at 256 columns it fell behind on one core.
+            "free-bubble-preview" => Ok(free_preview(192)),
             "free-bubble-small-preview" => Ok(free_preview(128)),
             "late-preview" => {
                 let Parameters { thickness_m, evaporation, spots, spot_below_m, .. } = late;
