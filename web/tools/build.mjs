@@ -53,7 +53,7 @@ const brotli = (data) => brotliCompressSync(data, { params: { [constants.BROTLI_
 mkdirSync(join(web, "node_modules", ".cache"), { recursive: true });
 const wasm = process.env.IRIDESCE_NO_WASM_OPT ? readFileSync(raw) : optimised(raw);
 const tables = await import("./tables.mjs").then((module) => module.storedTables(wasm));
-const define = { __STORED__: JSON.stringify(tables.map(({ key, name }) => [key, name])) };
+const define = { __STORED__: JSON.stringify(tables.map(({ entry }) => entry)) };
 const script = await bundle("main.ts", "iridescePage", define);
 const worker = await bundle("worker.ts", "iridesceWorker", {});
 const css = readFileSync(join(web, "src", "style.css"), "utf8").replace(/\s*\n\s*/g, "\n").trim();

@@ -615,12 +615,6 @@ var Le = [
 	film: "air / soap ? / air",
 	learn: "air / soap ? / air"
 }, Be = 2.4, Ve = [
-	"bubble",
-	"rings",
-	"slick",
-	"titanium",
-	"wafer"
-], He = [
 	{
 		name: "stack",
 		kind: "stack",
@@ -793,10 +787,15 @@ var Le = [
 		default: "studio",
 		of: {
 			slick: "overcast",
-			rings: "uniform",
+			titanium: "overcast",
 			wafer: "overcast"
 		},
-		scenes: Ve
+		scenes: [
+			"bubble",
+			"slick",
+			"titanium",
+			"wafer"
+		]
 	},
 	{
 		name: "exposure",
@@ -805,7 +804,13 @@ var Le = [
 		range: [-5, 5],
 		step: .1,
 		default: 0,
-		scenes: Ve
+		scenes: [
+			"bubble",
+			"rings",
+			"slick",
+			"titanium",
+			"wafer"
+		]
 	},
 	{
 		name: "story",
@@ -836,13 +841,13 @@ var Le = [
 		hidden: !0
 	}
 ];
-new Map(He.map((e) => [e.name, e]));
-function Ue(e, t) {
+new Map(Ve.map((e) => [e.name, e]));
+function He(e, t) {
 	return e.of?.[t] ?? e.default;
 }
-function We(e) {
+function Ue(e) {
 	let t = { scene: e };
-	for (let n of He) t[n.name] = Ue(n, e);
+	for (let n of Ve) t[n.name] = He(n, e);
 	return t;
 }
 var W = 180 / Math.PI;
@@ -865,11 +870,11 @@ function K(e, t, n, r, i, a) {
 	e[o] = n, e[o + 1] = r, e[o + 2] = Math.acos(Math.min(Math.max(i, 0), 1)) * W, e[o + 3] = a;
 }
 function q(e, t, n, r, i, a) {
-	let o = Ge([
+	let o = We([
 		r[0] - n[0],
 		r[1] - n[1],
 		r[2] - n[2]
-	]), s = Ge([
+	]), s = We([
 		-o[2],
 		0,
 		o[0]
@@ -886,16 +891,16 @@ function q(e, t, n, r, i, a) {
 		}
 	}
 }
-function Ge(e) {
+function We(e) {
 	let t = 1 / Math.hypot(e[0], e[1], e[2]);
 	return e.map((e) => e * t);
 }
-function Ke(e, t, n, r) {
+function Ge(e, t, n, r) {
 	let i = Math.atan2(-n, e) / (2 * Math.PI);
 	return [i < 0 ? i + 1 : i, Math.acos(Math.min(Math.max(t, -1), 1)) / r];
 }
 var J = 16, Y = 4, X = 2.5;
-function qe({ width: e, height: t, state: n }) {
+function Ke({ width: e, height: t, state: n }) {
 	let r = U(String(n.environment)), i = n.preset === "still", a = n.walls === "2", o = G(e, t, !0, a), s = n.environment === "uniform", c = Math.tan(35 / 2 / W) / (Math.min(e, t) / 2) * J;
 	return q(e, t, [
 		0,
@@ -912,12 +917,12 @@ function qe({ width: e, height: t, state: n }) {
 		o.behind[2 * e + 1] = f;
 		let p = Math.sqrt(Math.max(16 - d * d, 0));
 		for (let [s, c] of [[o.front, -u - p], [o.back, -u + p]]) {
-			let o = t * c / Y, u = n * c / Y, d = (J + l * c) / Y, f = t * o + n * u + l * d, p = r(t - 2 * f * o, n - 2 * f * u, l - 2 * f * d), [m, h] = i ? [.5, (1 - u) / 2] : Ke(o, u, d, Math.PI);
+			let o = t * c / Y, u = n * c / Y, d = (J + l * c) / Y, f = t * o + n * u + l * d, p = r(t - 2 * f * o, n - 2 * f * u, l - 2 * f * d), [m, h] = i ? [.5, (1 - u) / 2] : Ge(o, u, d, Math.PI);
 			if (K(s, e, m, h, Math.abs(f), p), !a) break;
 		}
 	}), o;
 }
-function Je({ width: e, height: t, state: n, water: r }) {
+function qe({ width: e, height: t, state: n, water: r }) {
 	let i = U(String(n.environment)), a = n.walls === "2", o = G(e, t, !0, a), s = [
 		0,
 		4.2,
@@ -930,7 +935,7 @@ function Je({ width: e, height: t, state: n, water: r }) {
 			a
 		];
 	}, u = (e, t, n, r, i, a, o, s) => {
-		let c = (n[0] + r * o) / X, l = (n[1] + i * o) / X, u = (n[2] + a * o) / X, f = r * c + i * l + a * u, [p, m] = Ke(c, l, u, Math.PI / 2);
+		let c = (n[0] + r * o) / X, l = (n[1] + i * o) / X, u = (n[2] + a * o) / X, f = r * c + i * l + a * u, [p, m] = Ge(c, l, u, Math.PI / 2);
 		K(e, t, p, m, Math.abs(f), s * d(r - 2 * f * c, i - 2 * f * l, a - 2 * f * u));
 	}, d = (e, t, n) => t >= 0 ? i(e, t, n) : f(-t) * i(e, -t, n), f = (e) => r[Math.round(Math.acos(Math.min(e, 1)) * W)];
 	return q(e, t, s, [
@@ -954,7 +959,7 @@ function Je({ width: e, height: t, state: n, water: r }) {
 		S <= 0 || b <= 0 || -r * b < 0 || (o.behind[2 * e + 1] = S, u(o.front, e, y, t, -r, i, b, f(-r)));
 	}), o;
 }
-function Ye({ width: e, height: t }) {
+function Je({ width: e, height: t }) {
 	let n = G(e, t, !0, !1), r = [5, 3], i = .14;
 	return q(e, t, [
 		0,
@@ -969,7 +974,7 @@ function Ye({ width: e, height: t }) {
 		u > r[0] + i || d > r[1] + i ? n.behind[2 * e] = .004 : u > r[0] || d > r[1] ? n.behind[2 * e] = .03 : (K(n.front, e, (c / r[0] + 1) / 2, (1 - l / r[1]) / 2, -o, 1), n.behind[2 * e + 1] = 1);
 	}), n;
 }
-function Xe({ width: e, height: t, state: n }) {
+function Ye({ width: e, height: t, state: n }) {
 	let r = G(e, t, !1, !1), i = Number(n.view_mm), [a, o] = [Number(n.radius_mm), Number(n.thickness_nm)], s = i / Math.min(e, t);
 	for (let n = 0; n < t; n++) for (let i = 0; i < e; i++) {
 		let c = ((i + .5 - e / 2) * s) ** 2 + ((n + .5 - t / 2) * s) ** 2, l = o + 1e6 * c / (a + Math.sqrt(a * a - c)), u = n * e + i;
@@ -977,7 +982,7 @@ function Xe({ width: e, height: t, state: n }) {
 	}
 	return r;
 }
-function Ze({ width: e, height: t, state: n }) {
+function Xe({ width: e, height: t, state: n }) {
 	let r = U(String(n.environment)), i = G(e, t, !0, !1, !0), a = [
 		0,
 		.5,
@@ -993,12 +998,12 @@ function Ze({ width: e, height: t, state: n }) {
 		K(i.front, e, t * s * .8 + .5, (o * s + a[2]) * .8 + .5, -n, r(t, -n, o)), i.behind[2 * e + 1] = 1;
 	}), i;
 }
-function Qe(e) {
+function Ze(e) {
 	let t = U(e);
 	return e === "studio" ? (e, n, r) => t(e, -r, n) : t;
 }
-function $e({ width: e, height: t, state: n }) {
-	let r = Qe(String(n.environment)), i = G(e, t, !1, !1), a = Number(n.angle_deg) / W, o = 1 / Math.min(e / 1.25, t), s = Number(n.thickness_nm), c = n.environment === "studio" ? 2.2 : 1, [l, u, d] = [
+function Qe({ width: e, height: t, state: n }) {
+	let r = Ze(String(n.environment)), i = G(e, t, !1, !1), a = Number(n.angle_deg) / W, o = 1 / Math.min(e / 1.25, t), s = Number(n.thickness_nm), c = n.environment === "studio" ? 2.2 : 1, [l, u, d] = [
 		0,
 		-Math.cos(a),
 		-Math.sin(a)
@@ -1013,8 +1018,8 @@ function $e({ width: e, height: t, state: n }) {
 	}
 	return i;
 }
-function et({ width: e, height: t, state: n }) {
-	let r = Qe(String(n.environment)), i = G(e, t, !1, !1), a = Number(n.angle_deg) / W, [o, s] = [Number(n.thickness_nm), Number(n.edge_nm)], c = [
+function $e({ width: e, height: t, state: n }) {
+	let r = Ze(String(n.environment)), i = G(e, t, !1, !1), a = Number(n.angle_deg) / W, [o, s] = [Number(n.thickness_nm), Number(n.edge_nm)], c = [
 		0,
 		40 * Math.cos(a),
 		40 * Math.sin(a) + 1e-6
@@ -1029,7 +1034,7 @@ function et({ width: e, height: t, state: n }) {
 		m <= 0 || (K(i.front, e, o + (s - o) * (p / 5) ** 2, 0, -n, r(t, -n, a)), i.behind[2 * e + 1] = m);
 	}), i;
 }
-function tt({ width: e, height: t, state: n }) {
+function et({ width: e, height: t, state: n }) {
 	let r = G(e, t, !1, !1), i = Number(n.thickest_nm);
 	for (let n = 0; n < t; n++) {
 		let a = Math.cos((n + .5) / t * 80 / W);
@@ -1040,22 +1045,22 @@ function tt({ width: e, height: t, state: n }) {
 	}
 	return r;
 }
-function nt(e) {
+function tt(e) {
 	switch (e.state.scene) {
-		case "rings": return Xe(e);
-		case "slick": return Ze(e);
-		case "titanium": return $e(e);
-		case "wafer": return et(e);
-		case "film": return tt(e);
+		case "rings": return Ye(e);
+		case "slick": return Xe(e);
+		case "titanium": return Qe(e);
+		case "wafer": return $e(e);
+		case "film": return et(e);
 		default: switch (e.state.preset) {
 			case "bubble-on-bath-preview":
-			case "late-preview": return Je(e);
-			case "vertical-film-preview": return Ye(e);
-			default: return qe(e);
+			case "late-preview": return qe(e);
+			case "vertical-film-preview": return Je(e);
+			default: return Ke(e);
 		}
 	}
 }
-function rt(e, t, n, r) {
+function nt(e, t, n, r) {
 	let { columns: i, rows: a, thickness_nm: o } = e, s = t * i - .5, c = r ? n * a - .5 : Math.min(Math.max(n * a - .5, 0), a - 1), [l, u] = [Math.floor(s), Math.floor(c)], [d, f] = [s - l, c - u], p = Z(l, i), m = Z(l + 1, i), h = (r ? Z(u, a) : Math.min(u, a - 1)) * i, g = (r ? Z(u + 1, a) : Math.min(u + 1, a - 1)) * i, _ = o[h + p] * (1 - d) + o[h + m] * d, v = o[g + p] * (1 - d) + o[g + m] * d;
 	return _ * (1 - f) + v * f;
 }
@@ -1063,13 +1068,13 @@ function Z(e, t) {
 	return (e % t + t) % t;
 }
 // src/draw/shader.ts
-var it = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);\n  gl_Position = vec4(corner, 0.0, 1.0);\n}", at = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2D;\nuniform sampler2D front;    // place, angle in degrees (< 0: none), radiance\nuniform sampler2D back;\nuniform sampler2D behind;   // radiance, share covered by film\nuniform sampler2D field;    // thickness in nm\nuniform sampler2D values;   // X, Y, Z at the nodes of the table\nuniform sampler2D slopes;\nuniform ivec2 size;         // of the table: columns, rows\nuniform vec4 axes;          // first reduced thickness, step; first angle, step\nuniform vec4 limits;        // thickness from, to; angle from, to\nuniform float inverse_square;\nuniform vec3 white;\nuniform bvec4 kind;         // walls hold places; the field repeats downwards; walls let light pass; answer X, Y, Z\nuniform mat3 rgb_from_xyz;\nuniform float exposure;\nuniform bool flip;          // the first row of the pixels is at the bottom of the screen\nout vec4 color;\n\nfloat thickness_at(vec2 place) {\n  ivec2 cells = textureSize(field, 0);\n  vec2 p = place * vec2(cells) - 0.5;\n  if (!kind.y) p.y = clamp(p.y, 0.0, float(cells.y - 1));\n  ivec2 low = ivec2(floor(p));\n  vec2 f = p - vec2(low);\n  ivec2 high = low + 1;\n  low.x = (low.x % cells.x + cells.x) % cells.x;\n  high.x = (high.x % cells.x + cells.x) % cells.x;\n  if (kind.y) {\n    low.y = (low.y % cells.y + cells.y) % cells.y;\n    high.y = (high.y % cells.y + cells.y) % cells.y;\n  } else high.y = min(high.y, cells.y - 1);\n  float top = mix(texelFetch(field, low, 0).x, texelFetch(field, ivec2(high.x, low.y), 0).x, f.x);\n  float bottom = mix(texelFetch(field, ivec2(low.x, high.y), 0).x, texelFetch(field, high, 0).x, f.x);\n  return mix(top, bottom, f.y);\n}\n\n// sin^2 of an angle in degrees from 0 to 90, by a polynomial: what a driver's own sine is worth is not said anywhere.\nfloat sin_squared(float degrees) {\n  float x = degrees * 0.017453292519943295;\n  bool large = x > 0.7853981633974483;\n  if (large) x = 1.5707963267948966 - x;\n  float y = x * x;\n  float s = x * (1.0 + y * (-0.16666666667 + y * (0.00833333333 + y * (-0.000198412698 + y * 2.7557319e-6))));\n  return large ? 1.0 - s * s : s * s;\n}\n\nvec3 film(float nm, float degrees) {\n  float angle = clamp(degrees, limits.z, limits.w);\n  float v = clamp(nm, limits.x, limits.y) * sqrt(1.0 - sin_squared(angle) * inverse_square);\n  float p = max((v - axes.x) / axes.y, 0.0);\n  int column = int(min(floor(p), float(size.x - 2)));\n  float f = p - float(column);\n  float g = 1.0 - f;\n  vec4 along = vec4((f * 2.0 + 1.0) * g * g, f * g * g, f * f * (3.0 - 2.0 * f), -(f * f * g));\n  int row = 0;\n  vec4 across = vec4(1.0, 0.0, 0.0, 0.0);\n  if (size.y > 1) {\n    float y = (angle - axes.z) / axes.w;\n    row = int(clamp(floor(y) - 1.0, 0.0, float(size.y - 4)));\n    float a = y - float(row);\n    float b = a - 1.0, c = a - 2.0, d = a - 3.0;\n    across = vec4(b * c * d / -6.0, a * c * d / 2.0, a * b * d / -2.0, a * b * c / 6.0);\n  }\n  vec3 sum = vec3(0.0);\n  int rows = size.y > 1 ? 4 : 1;\n  for (int k = 0; k < rows; k++) {\n    ivec2 here = ivec2(column, row + k);\n    ivec2 next = here + ivec2(1, 0);\n    sum += across[k] * (along.x * texelFetch(values, here, 0).xyz + along.y * texelFetch(slopes, here, 0).xyz\n      + along.z * texelFetch(values, next, 0).xyz + along.w * texelFetch(slopes, next, 0).xyz);\n  }\n  return sum;\n}\n\nvec3 wall(vec4 w) {\n  return film(kind.x ? thickness_at(w.xy) : w.x, w.z);\n}\n\nfloat curve(float x) {\n  return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1.0 / 2.4) - 0.055;\n}\n\nvoid main() {\n  ivec2 pixel = ivec2(gl_FragCoord.xy);\n  if (flip) pixel.y = textureSize(front, 0).y - 1 - pixel.y;\n  vec4 near = texelFetch(front, pixel, 0);\n  vec2 rest = texelFetch(behind, pixel, 0).xy;\n  vec3 xyz = white * rest.x;\n  if (near.z >= 0.0) {\n    vec3 mirrored = wall(near);\n    vec3 seen = mirrored * near.w;\n    if (kind.z) {\n      vec3 through = 1.0 - mirrored / white;\n      vec4 far = texelFetch(back, pixel, 0);\n      vec3 beyond = white * rest.x;\n      if (far.z >= 0.0) {\n        vec3 inner = wall(far);\n        beyond = beyond * (1.0 - inner / white) + inner * through * far.w;\n      }\n      seen += beyond * through;\n    }\n    xyz = mix(xyz, seen, rest.y);\n  }\n  if (kind.w) {\n    color = vec4(xyz, 1.0);\n    return;\n  }\n  vec3 rgb = rgb_from_xyz * xyz * exposure;\n  float luminance = clamp(xyz.y * exposure, 0.0, 1.0);\n  // Towards the grey of the same luminance until all fit: hue stays.\n  float least = min(rgb.x, min(rgb.y, rgb.z));\n  if (least < 0.0) rgb = luminance + (rgb - luminance) * luminance / max(luminance - least, 1e-9);\n  float most = max(rgb.x, max(rgb.y, rgb.z));\n  if (most > 1.0) rgb = luminance + (rgb - luminance) * (1.0 - luminance) / max(most - luminance, 1e-9);\n  rgb = clamp(rgb, 0.0, 1.0);\n  color = vec4(curve(rgb.x), curve(rgb.y), curve(rgb.z), 1.0);\n}", ot = {
+var rt = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);\n  gl_Position = vec4(corner, 0.0, 1.0);\n}", it = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2D;\nuniform sampler2D front;    // place, angle in degrees (< 0: none), radiance\nuniform sampler2D back;\nuniform sampler2D behind;   // radiance, share covered by film\nuniform sampler2D field;    // thickness in nm\nuniform sampler2D values;   // X, Y, Z at the nodes of the table\nuniform sampler2D slopes;\nuniform ivec2 size;         // of the table: columns, rows\nuniform vec4 axes;          // first reduced thickness, step; first angle, step\nuniform vec4 limits;        // thickness from, to; angle from, to\nuniform float inverse_square;\nuniform vec3 white;\nuniform bvec4 kind;         // walls hold places; the field repeats downwards; walls let light pass; answer X, Y, Z\nuniform mat3 rgb_from_xyz;\nuniform float exposure;\nuniform bool flip;          // the first row of the pixels is at the bottom of the screen\nout vec4 color;\n\nfloat thickness_at(vec2 place) {\n  ivec2 cells = textureSize(field, 0);\n  vec2 p = place * vec2(cells) - 0.5;\n  if (!kind.y) p.y = clamp(p.y, 0.0, float(cells.y - 1));\n  ivec2 low = ivec2(floor(p));\n  vec2 f = p - vec2(low);\n  ivec2 high = low + 1;\n  low.x = (low.x % cells.x + cells.x) % cells.x;\n  high.x = (high.x % cells.x + cells.x) % cells.x;\n  if (kind.y) {\n    low.y = (low.y % cells.y + cells.y) % cells.y;\n    high.y = (high.y % cells.y + cells.y) % cells.y;\n  } else high.y = min(high.y, cells.y - 1);\n  float top = mix(texelFetch(field, low, 0).x, texelFetch(field, ivec2(high.x, low.y), 0).x, f.x);\n  float bottom = mix(texelFetch(field, ivec2(low.x, high.y), 0).x, texelFetch(field, high, 0).x, f.x);\n  return mix(top, bottom, f.y);\n}\n\n// sin^2 of an angle in degrees from 0 to 90, by a polynomial: what a driver's own sine is worth is not said anywhere.\nfloat sin_squared(float degrees) {\n  float x = degrees * 0.017453292519943295;\n  bool large = x > 0.7853981633974483;\n  if (large) x = 1.5707963267948966 - x;\n  float y = x * x;\n  float s = x * (1.0 + y * (-0.16666666667 + y * (0.00833333333 + y * (-0.000198412698 + y * 2.7557319e-6))));\n  return large ? 1.0 - s * s : s * s;\n}\n\nvec3 film(float nm, float degrees) {\n  float angle = clamp(degrees, limits.z, limits.w);\n  float v = clamp(nm, limits.x, limits.y) * sqrt(1.0 - sin_squared(angle) * inverse_square);\n  float p = max((v - axes.x) / axes.y, 0.0);\n  int column = int(min(floor(p), float(size.x - 2)));\n  float f = p - float(column);\n  float g = 1.0 - f;\n  vec4 along = vec4((f * 2.0 + 1.0) * g * g, f * g * g, f * f * (3.0 - 2.0 * f), -(f * f * g));\n  int row = 0;\n  vec4 across = vec4(1.0, 0.0, 0.0, 0.0);\n  if (size.y > 1) {\n    float y = (angle - axes.z) / axes.w;\n    row = int(clamp(floor(y) - 1.0, 0.0, float(size.y - 4)));\n    float a = y - float(row);\n    float b = a - 1.0, c = a - 2.0, d = a - 3.0;\n    across = vec4(b * c * d / -6.0, a * c * d / 2.0, a * b * d / -2.0, a * b * c / 6.0);\n  }\n  vec3 sum = vec3(0.0);\n  int rows = size.y > 1 ? 4 : 1;\n  for (int k = 0; k < rows; k++) {\n    ivec2 here = ivec2(column, row + k);\n    ivec2 next = here + ivec2(1, 0);\n    sum += across[k] * (along.x * texelFetch(values, here, 0).xyz + along.y * texelFetch(slopes, here, 0).xyz\n      + along.z * texelFetch(values, next, 0).xyz + along.w * texelFetch(slopes, next, 0).xyz);\n  }\n  return sum;\n}\n\nvec3 wall(vec4 w) {\n  return film(kind.x ? thickness_at(w.xy) : w.x, w.z);\n}\n\nfloat curve(float x) {\n  return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1.0 / 2.4) - 0.055;\n}\n\nvoid main() {\n  ivec2 pixel = ivec2(gl_FragCoord.xy);\n  if (flip) pixel.y = textureSize(front, 0).y - 1 - pixel.y;\n  vec4 near = texelFetch(front, pixel, 0);\n  vec2 rest = texelFetch(behind, pixel, 0).xy;\n  vec3 xyz = white * rest.x;\n  if (near.z >= 0.0) {\n    vec3 mirrored = wall(near);\n    vec3 seen = mirrored * near.w;\n    if (kind.z) {\n      vec3 through = 1.0 - mirrored / white;\n      vec4 far = texelFetch(back, pixel, 0);\n      vec3 beyond = white * rest.x;\n      if (far.z >= 0.0) {\n        vec3 inner = wall(far);\n        beyond = beyond * (1.0 - inner / white) + inner * through * far.w;\n      }\n      seen += beyond * through;\n    }\n    xyz = mix(xyz, seen, rest.y);\n  }\n  if (kind.w) {\n    color = vec4(xyz, 1.0);\n    return;\n  }\n  vec3 rgb = rgb_from_xyz * xyz * exposure;\n  float luminance = clamp(xyz.y * exposure, 0.0, 1.0);\n  // Towards the grey of the same luminance until all fit: hue stays.\n  float least = min(rgb.x, min(rgb.y, rgb.z));\n  if (least < 0.0) rgb = luminance + (rgb - luminance) * luminance / max(luminance - least, 1e-9);\n  float most = max(rgb.x, max(rgb.y, rgb.z));\n  if (most > 1.0) rgb = luminance + (rgb - luminance) * (1.0 - luminance) / max(most - luminance, 1e-9);\n  rgb = clamp(rgb, 0.0, 1.0);\n  color = vec4(curve(rgb.x), curve(rgb.y), curve(rgb.z), 1.0);\n}", at = {
 	columns: 1,
 	rows: 1,
 	thickness_nm: /* @__PURE__ */ new Float32Array(1)
-}, st = class {
+}, ot = class {
 	constructor(e, t, n = !1) {
-		this.told = t, this.painter = null, this.geometry = null, this.table = null, this.field = ot, this.look = {
+		if (this.canvas = e, this.painter = null, this.geometry = null, this.table = null, this.field = at, this.look = {
 			rgb_from_xyz: [
 				1,
 				0,
@@ -1082,26 +1087,15 @@ var it = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 				1
 			],
 			exposure: 1
-		}, this.canvas = e, this.begin(n ? "canvas" : "webgl2");
+		}, n) this.painter = new mt(e);
+		else try {
+			this.painter = new st(e, t);
+		} catch (n) {
+			console.info(`WebGL2 cannot be used: ${n instanceof Error ? n.message : n}`), e.getContext("webgl2") ? queueMicrotask(t) : this.painter = new mt(e);
+		}
 	}
 	get kind() {
 		return this.painter?.kind ?? "canvas";
-	}
-	begin(e) {
-		if (e === "webgl2") try {
-			this.painter = new ct(this.canvas, () => this.fall());
-			return;
-		} catch (e) {
-			this.canvas.getContext("webgl2") && this.replaceCanvas(), console.info(`WebGL2 cannot be used: ${e instanceof Error ? e.message : e}`);
-		}
-		this.painter = new ht(this.canvas);
-	}
-	replaceCanvas() {
-		let e = this.canvas.cloneNode(!1);
-		this.canvas.replaceWith(e), this.canvas = e;
-	}
-	fall() {
-		this.painter?.dispose(), this.replaceCanvas(), this.painter = new ht(this.canvas), this.geometry && this.painter.setGeometry(this.geometry), this.table && this.painter.setTable(this.table), this.painter.setField(this.field), this.told("lost"), this.draw();
 	}
 	setGeometry(e) {
 		this.geometry = e, this.canvas.width !== e.width && (this.canvas.width = e.width), this.canvas.height !== e.height && (this.canvas.height = e.height), this.painter?.setGeometry(e);
@@ -1120,7 +1114,7 @@ var it = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 		if (!n || e < 0 || t < 0 || e >= n.width || t >= n.height) return null;
 		let r = (t * n.width + e) * 4, [i, a, o] = n.front.subarray(r, r + 3);
 		return o < 0 ? null : {
-			thickness_nm: n.field ? rt(this.field, i, a, n.repeats) : i,
+			thickness_nm: n.field ? nt(this.field, i, a, n.repeats) : i,
 			angle_deg: o,
 			place: [i, a]
 		};
@@ -1131,7 +1125,7 @@ var it = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 		let t = e.width * e.height, [n, r] = [new Float32Array(t).fill(NaN), new Float32Array(t).fill(NaN)];
 		for (let i = 0; i < t; i++) {
 			let t = i * 4;
-			e.front[t + 2] < 0 || (r[i] = e.front[t + 2], n[i] = e.field ? rt(this.field, e.front[t], e.front[t + 1], e.repeats) : e.front[t]);
+			e.front[t + 2] < 0 || (r[i] = e.front[t + 2], n[i] = e.field ? nt(this.field, e.front[t], e.front[t + 1], e.repeats) : e.front[t]);
 		}
 		return {
 			width: e.width,
@@ -1145,13 +1139,13 @@ var it = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 		let { geometry: e, table: t } = this;
 		if (!e || !t) return [];
 		let n = [], r = /* @__PURE__ */ new Float32Array(3), i = e.width * e.height, a = Math.max(1, Math.floor(i / 4e3)) | 1;
-		for (let o = 0; o < i; o += a) e.front[o * 4 + 2] < 0 || (ft(e, t, this.field, o, r, 0), n.push(r[1]));
+		for (let o = 0; o < i; o += a) e.front[o * 4 + 2] < 0 || (dt(e, t, this.field, o, r, 0), n.push(r[1]));
 		return n.sort((e, t) => e - t);
 	}
 	dispose() {
 		this.painter?.dispose();
 	}
-}, ct = class {
+}, st = class {
 	constructor(e, t) {
 		this.canvas = e, this.kind = "webgl2", this.textures = /* @__PURE__ */ new Map(), this.places = /* @__PURE__ */ new Map(), this.geometry = null;
 		let n = e.getContext("webgl2", {
@@ -1160,7 +1154,7 @@ var it = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 			preserveDrawingBuffer: !0
 		});
 		if (!n) throw Error("no WebGL2 here");
-		this.gl = n, this.program = lt(n), n.useProgram(this.program), [
+		this.gl = n, this.program = ct(n), n.useProgram(this.program), [
 			"front",
 			"back",
 			"behind",
@@ -1173,7 +1167,7 @@ var it = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 			n.activeTexture(n.TEXTURE0 + t), n.bindTexture(n.TEXTURE_2D, r);
 			for (let e of [n.TEXTURE_MIN_FILTER, n.TEXTURE_MAG_FILTER]) n.texParameteri(n.TEXTURE_2D, e, n.NEAREST);
 			n.uniform1i(this.place(e), t), this.textures.set(e, r);
-		}), this.fill("field", 1, 1, 1, ot.thickness_nm), this.lost = (e) => {
+		}), this.fill("field", 1, 1, 1, at.thickness_nm), this.lost = (e) => {
 			e.preventDefault(), t();
 		}, e.addEventListener("webglcontextlost", this.lost);
 	}
@@ -1240,10 +1234,10 @@ var it = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 		this.gl.deleteProgram(this.program);
 	}
 };
-function lt(e) {
+function ct(e) {
 	let t = e.createProgram();
 	if (!t) throw Error("no program");
-	for (let [n, r] of [[e.VERTEX_SHADER, it], [e.FRAGMENT_SHADER, at]]) {
+	for (let [n, r] of [[e.VERTEX_SHADER, rt], [e.FRAGMENT_SHADER, it]]) {
 		let i = e.createShader(n);
 		if (!i) throw Error("no shader");
 		if (e.shaderSource(i, r), e.compileShader(i), !e.getShaderParameter(i, e.COMPILE_STATUS)) throw Error(e.getShaderInfoLog(i) ?? "a shader");
@@ -1252,27 +1246,27 @@ function lt(e) {
 	if (e.linkProgram(t), !e.getProgramParameter(t, e.LINK_STATUS)) throw Error(e.getProgramInfoLog(t) ?? "the program");
 	return t;
 }
-var ut = /* @__PURE__ */ new Float64Array(3), dt = /* @__PURE__ */ new Float64Array(3);
-function ft(e, t, n, r, i, a) {
+var lt = /* @__PURE__ */ new Float64Array(3), ut = /* @__PURE__ */ new Float64Array(3);
+function dt(e, t, n, r, i, a) {
 	let { front: o, back: s, behind: c, passes: l } = e, u = r * 4, [d, f] = [c[2 * r], c[2 * r + 1]], p = o[u + 2] >= 0, m = p && l && s[u + 2] >= 0;
-	p && pt(e, t, n, o, u, ut), m && pt(e, t, n, s, u, dt);
+	p && ft(e, t, n, o, u, lt), m && ft(e, t, n, s, u, ut);
 	for (let e = 0; e < 3; e++) {
 		let n = t.white[e], r = n * d;
 		if (p) {
-			let t = ut[e] * o[u + 3];
+			let t = lt[e] * o[u + 3];
 			if (l) {
-				let r = 1 - ut[e] / n, i = n * d;
-				m && (i = i * (1 - dt[e] / n) + dt[e] * r * s[u + 3]), t += i * r;
+				let r = 1 - lt[e] / n, i = n * d;
+				m && (i = i * (1 - ut[e] / n) + ut[e] * r * s[u + 3]), t += i * r;
 			}
 			r += (t - r) * f;
 		}
 		i[a + e] = r;
 	}
 }
-function pt(e, t, n, r, i, a) {
-	Oe(t, e.field ? rt(n, r[i], r[i + 1], e.repeats) : r[i], r[i + 2], a, 0);
+function ft(e, t, n, r, i, a) {
+	Oe(t, e.field ? nt(n, r[i], r[i + 1], e.repeats) : r[i], r[i + 2], a, 0);
 }
-function mt(e, t, n, r, i, a) {
+function pt(e, t, n, r, i, a) {
 	let o = r.rgb_from_xyz, s = r.exposure, c = [
 		0,
 		3,
@@ -1283,9 +1277,9 @@ function mt(e, t, n, r, i, a) {
 		i[a + e] = 255 * (t <= .0031308 ? 12.92 * t : 1.055 * t ** (1 / 2.4) - .055);
 	}
 }
-var ht = class {
+var mt = class {
 	constructor(e) {
-		this.kind = "canvas", this.geometry = null, this.table = null, this.field = ot;
+		this.kind = "canvas", this.geometry = null, this.table = null, this.field = at;
 		let t = e.getContext("2d");
 		if (!t) throw Error("this browser has no canvas");
 		this.context = t;
@@ -1302,12 +1296,12 @@ var ht = class {
 	draw(e) {
 		if (!this.geometry || !this.table) return;
 		let { width: t, height: n } = this.geometry, r = this.context.createImageData(t, n), i = /* @__PURE__ */ new Float32Array(3);
-		for (let a = 0; a < t * n; a++) ft(this.geometry, this.table, this.field, a, i, 0), mt(i[0], i[1], i[2], e, r.data, 4 * a), r.data[4 * a + 3] = 255;
+		for (let a = 0; a < t * n; a++) dt(this.geometry, this.table, this.field, a, i, 0), pt(i[0], i[1], i[2], e, r.data, 4 * a), r.data[4 * a + 3] = 255;
 		this.context.putImageData(r, 0, 0);
 	}
 	xyz() {
 		let e = this.geometry, t = e.width * e.height, n = new Float32Array(t * 3);
-		for (let r = 0; r < t; r++) ft(e, this.table, this.field, r, n, 3 * r);
+		for (let r = 0; r < t; r++) dt(e, this.table, this.field, r, n, 3 * r);
 		return n;
 	}
 	dispose() {
@@ -1315,7 +1309,7 @@ var ht = class {
 	}
 };
 // src/text/strings.ts
-function gt(e) {
+function ht(e) {
 	return [
 		"zeroth",
 		"first",
@@ -1331,7 +1325,8 @@ function gt(e) {
 var Q = {
 	title: "iridesce",
 	tagline: "interference colour, computed exactly",
-	skip: "Skip to the picture",
+	skip: "Skip to the content",
+	scenes_of: "Scenes",
 	scenes: {
 		bubble: "Soap bubble",
 		rings: "Newton's rings",
@@ -1437,31 +1432,25 @@ var Q = {
 	compare_note: (e) => `The two differ by CIEDE2000 ${e}.`,
 	no_two_beam: "The model of 1991 knows one transparent layer at angles without total reflection; this stack is another.",
 	rings_measured: "Rings",
-	rings_table: "Radii of dark rings in mm: by the formula r = sqrt(m lambda R), and measured in this picture (minima of luminance along a radius)",
+	rings_table: "Radii of dark rings in mm: by the formula r = √(m λ R), and measured in this picture (minima of luminance along a radius)",
 	ring: "ring",
 	told: "formula",
 	measured: "measured",
-	nothing: "no film here",
-	wavelength: "wavelength",
 	reflectance: "reflectance",
-	lightness: "lightness",
-	order: (e) => `${gt(e)} order`,
+	order: (e) => `${ht(e)} order`,
 	seen: (e, t, n, r) => `film ${e} nm at ${t} degrees: ${n}${r ? `, ${r}` : ""}`,
 	bubble_facts: (e, t, n, r) => `${e} s old; thickness ${n} to ${r} nm, mean ${t} nm`,
 	slick_seen: (e, t) => `oil from 20 to ${e} nm thick under ${t}`,
 	still_seen: (e, t) => `film from 0 nm at the top to ${e} nm at the bottom under ${t}`,
 	rings_seen: (e, t, n) => `the centre is ${e}${t ? `; dark rings at ${t} mm` : ""}, under ${n}`,
 	burst: (e) => `It burst after ${e} s.`,
-	busy: "working",
-	ready: "ready",
-	table_error: (e, t) => `Colours are within CIEDE2000 ${e} of the exact sums${t}.`,
+	table_error: (e) => `Colours are within CIEDE2000 ${e} of the exact sums.`,
 	renderer: {
-		webgl2: "drawn with WebGL2",
-		canvas: "drawn without WebGL, more slowly"
+		webgl2: "Drawn with WebGL2.",
+		canvas: "Drawn without WebGL, more slowly."
 	},
 	lost: "The graphics device was lost. The page goes on drawing without it, more slowly.",
 	slow: "This browser offers no WebGL2. The page draws without it, more slowly.",
-	broken: (e) => `The core stopped: ${e}. Load the page again.`,
 	cannot: (e) => `This cannot be drawn: ${e}`,
 	no_start: (e) => `The page could not start: ${e}`,
 	left_out: "From the link was left out:",
@@ -1484,9 +1473,9 @@ var Q = {
 		answer: "Answer",
 		show: "Show the answer",
 		look: "Look",
-		open: "Open it in the page",
 		before: "Before",
 		next: "Next",
+		all: "All stories",
 		sheet: "Print a worksheet",
 		sheet_title: "Worksheet: colours of thin films",
 		sheet_key: "Answer key",
@@ -1505,7 +1494,7 @@ var Q = {
 	top: 10,
 	bottom: 30
 };
-function _t(e) {
+function gt(e) {
 	let t = 10 ** Math.floor(Math.log10(Math.max(e, 1e-4)));
 	return [
 		1,
@@ -1515,10 +1504,10 @@ function _t(e) {
 		10
 	].map((e) => e * t).find((t) => t >= e) ?? e;
 }
-function vt(e, t, n) {
+function _t(e, t, n) {
 	let [r, i] = [t[0], t[t.length - 1]], a = 0;
 	for (let e of n) for (let t = 0; t < e.values.length; t++) a = Math.max(a, e.values[t]);
-	let o = _t(a), s = (e) => $.left + (e - r) / (i - r) * ($.width - $.left - $.right), c = (e) => $.height - $.bottom - e / o * ($.height - $.top - $.bottom), l = (e) => Array.from(e, (e, n) => `${n ? "L" : "M"}${s(t[n]).toFixed(1)} ${c(e).toFixed(1)}`).join(""), u = [
+	let o = gt(a), s = (e) => $.left + (e - r) / (i - r) * ($.width - $.left - $.right), c = (e) => $.height - $.bottom - e / o * ($.height - $.top - $.bottom), l = (e) => Array.from(e, (e, n) => `${n ? "L" : "M"}${s(t[n]).toFixed(1)} ${c(e).toFixed(1)}`).join(""), u = [
 		400,
 		500,
 		600,
@@ -1535,7 +1524,7 @@ function vt(e, t, n) {
     <svg viewBox="0 0 ${$.width} ${$.height}" role="img" aria-label=${e}>
       <defs>
         <linearGradient id="rainbow">
-          ${yt.map(([e, t]) => N`<stop offset=${(e - r) / (i - r)} stop-color=${t}></stop>`)}
+          ${vt.map(([e, t]) => N`<stop offset=${(e - r) / (i - r)} stop-color=${t}></stop>`)}
         </linearGradient>
       </defs>
       <rect x=${$.left} y=${$.height - $.bottom} width=${$.width - $.left - $.right} height="5" fill="url(#rainbow)"></rect>
@@ -1557,7 +1546,7 @@ function vt(e, t, n) {
     </details>
   </figure>`;
 }
-var yt = [
+var vt = [
 	[390, "#2a0052"],
 	[430, "#3300cc"],
 	[470, "#0066ff"],
@@ -1568,12 +1557,12 @@ var yt = [
 	[640, "#e60000"],
 	[700, "#8c0000"],
 	[770, "#2e0000"]
-], bt = 360, xt = 60, St = 380, Ct = 2;
-function wt(e) {
+], yt = 360, bt = 60, xt = 380, St = 2;
+function Ct(e) {
 	return e instanceof DataView ? new Float32Array(e.buffer.slice(e.byteOffset, e.byteOffset + e.byteLength)) : /* @__PURE__ */ new Float32Array();
 }
-function Tt(e) {
-	let t = e.get("_shape"), n = wt(e.get("_nodes"));
+function wt(e) {
+	let t = e.get("_shape"), n = Ct(e.get("_nodes"));
 	if (t.length < 8 || n.length !== t[0] * t[1] * 6) return null;
 	let [r, i, a, o, s, c, l, u] = [
 		t[0],
@@ -1605,27 +1594,27 @@ function Tt(e) {
 		nodes: n
 	};
 }
-function Et(e) {
+function Tt(e) {
 	return e.get("_matrix");
 }
-function Dt({ model: e, el: t }) {
+function Et({ model: e, el: t }) {
 	let n = e.get("kind"), r = document.createElement("div");
 	r.className = "iridesce-widget", t.append(r);
 	let i = document.createElement("canvas");
-	i.width = i.height = bt, i.setAttribute("role", "img");
-	let a = new st(i, () => d()), o = document.createElement("div"), s = document.createElement("div"), c = document.createElement("div");
+	i.width = i.height = yt, i.setAttribute("role", "img");
+	let a = new ot(i, () => d()), o = document.createElement("div"), s = document.createElement("div"), c = document.createElement("div");
 	c.className = "iridesce-seen", c.append(a.canvas), r.append(c, o, s);
 	let l = () => {
-		let t = n === "film" ? Math.round(bt * 4 / 3) : bt, r = { ...We(n === "film" ? "film" : "bubble") };
-		n === "film" ? r.thickest_nm = e.get("_shape")[2] ?? 1200 : r.preset = "free-bubble-preview", a.setGeometry(nt({
+		let t = n === "film" ? Math.round(yt * 4 / 3) : yt, r = { ...Ue(n === "film" ? "film" : "bubble") };
+		n === "film" ? r.thickest_nm = e.get("_shape")[2] ?? 1200 : r.preset = "free-bubble-preview", a.setGeometry(tt({
 			width: t,
-			height: bt,
+			height: yt,
 			state: r,
 			water: /* @__PURE__ */ new Float64Array(91)
 		}));
 	}, u = () => {
 		if (n !== "bubble") return;
-		let [t, r] = e.get("_field_size"), i = wt(e.get("_field"));
+		let [t, r] = e.get("_field_size"), i = Ct(e.get("_field"));
 		if (i.length !== t * r) return;
 		let o = e.get("thickness_nm");
 		a.setField({
@@ -1637,11 +1626,11 @@ function Dt({ model: e, el: t }) {
 		a.canvas.parentElement !== c && c.prepend(a.canvas);
 		let t = a.luminances(), r = t[Math.floor(t.length * (n === "bubble" ? .96 : .995))] || 1;
 		a.look = {
-			rgb_from_xyz: Et(e),
+			rgb_from_xyz: Tt(e),
 			exposure: .82 / r
 		}, a.draw(), a.canvas.setAttribute("aria-label", String(e.get("_words")));
 	}, f, p = (t, n) => {
-		e.set(t, n), clearTimeout(f), f = setTimeout(() => e.save_changes(), xt);
+		e.set(t, n), clearTimeout(f), f = setTimeout(() => e.save_changes(), bt);
 	}, m = () => {
 		let [t, r, i] = [
 			e.get("thickness_nm"),
@@ -1661,10 +1650,10 @@ function Dt({ model: e, el: t }) {
         <p><span class="iridesce-swatch"></span> ${e.get("_words")}</p>`, o);
 		let l = o.querySelector(".iridesce-swatch");
 		l && (l.style.backgroundColor = String(e.get("_srgb")));
-		let u = wt(e.get("_spectrum"));
+		let u = Ct(e.get("_spectrum"));
 		if (u.length > 1) {
-			let t = Float64Array.from(u, (e, t) => St + Ct * t);
-			we(vt(String(e.get("_words")), t, [{
+			let t = Float64Array.from(u, (e, t) => xt + St * t);
+			we(_t(String(e.get("_words")), t, [{
 				name: Q.reflectance,
 				kind: "first",
 				values: u
@@ -1687,7 +1676,7 @@ function Dt({ model: e, el: t }) {
 		}],
 		["change:_spectrum", m]
 	], g = () => {
-		let t = Tt(e);
+		let t = wt(e);
 		t && a.setTable(t), l();
 	};
 	g(), u(), d(), m();
@@ -1698,9 +1687,9 @@ function Dt({ model: e, el: t }) {
 		a.dispose(), r.remove();
 	};
 }
-function Ot(e, t, n) {
-	let r = Tt(e), i = /* @__PURE__ */ new Float64Array(3);
+function Dt(e, t, n) {
+	let r = wt(e), i = /* @__PURE__ */ new Float64Array(3);
 	return r && Oe(r, t, n, i, 0), Array.from(i);
 }
-var kt = { render: Dt };
-export { Ot as colorAt, kt as default };
+var Ot = { render: Et };
+export { Dt as colorAt, Ot as default };

@@ -3,6 +3,7 @@
 
 import type { FilmState, Table, TableRequest } from "./core";
 import { loadStored, makeWorker } from "./load";
+import { type StoredTable, storedFor, unpackTable } from "./stored";
 
 export type Request =
   | { kind: "module"; module: WebAssembly.Module }
@@ -87,7 +88,7 @@ export class Tables {
   /** Every table that was made: what it was and how long it took. */
   made: { key: string; seconds: number }[] = [];
 
-  constructor(module: WebAssembly.Module, private readonly stored: Map<string, string>) {
+  constructor(module: WebAssembly.Module, private readonly stored: readonly StoredTable[]) {
     this.job = new Job(module);
   }
 
@@ -105,10 +106,10 @@ export class Tables {
     const key = Tables.key(request);
     const kept = this.kept.get(key);
     if (kept) return kept;
-    const name = this.stored.get(key);
-    if (name) {
-      const bytes = await loadStored(name);
-      if (bytes) return this.keep(key, unpackTable(bytes, request));
+    const stored = storedFor(this.stored, request);
+    if (stored) {
+      const bytes = await loadStored(stored.name);
+      if (bytes) return this.keep(key, unpackTable(bytes, stored));
     }
     if (this.job.busy) this.job.stop();
     const reply = await this.job.ask<"table">({ kind: "table", id: 0, request });
@@ -121,26 +122,4 @@ export class Tables {
     while (this.kept.size > KEPT) this.kept.delete(this.kept.keys().next().value as string);
     return table;
   }
-}
-
-/** A stored table: its shape as twelve float64, then nodes as float16, least significant byte first. */
-export function unpackTable(bytes: ArrayBuffer, request: TableRequest): Table {
-  const head = new Float64Array(bytes.slice(0, 96));
-  const [rows, columns, first_nm, step_nm, first_deg, step_deg, inverse_square, x, y, z, max, mean] = head;
-  const halves = new Uint16Array(bytes.slice(96));
-  const nodes = new Float32Array(halves.length);
-  for (let i = 0; i < halves.length; i++) nodes[i] = half(halves[i]);
-  return {
-    rows, columns, first_nm, step_nm, first_deg, step_deg, inverse_square,
-    white: [x, y, z], max_delta_e: max, mean_delta_e: mean,
-    range_nm: request.range_nm, range_deg: request.range_deg, nodes,
-  };
-}
-
-function half(bits: number): number {
-  const sign = bits & 0x8000 ? -1 : 1;
-  const exponent = (bits >> 10) & 31;
-  const fraction = bits & 1023;
-  if (exponent === 0) return sign * fraction * 2 ** -24;
-  return sign * (1 + fraction / 1024) * 2 ** (exponent - 15);
 }

@@ -33,54 +33,31 @@ interface Painter {
 
 const NO_FIELD: Field = { columns: 1, rows: 1, thickness_nm: new Float32Array(1) };
 
-/** Holds what is to be drawn, so that another painter can take over. */
+/** What is drawn, and how. */
 export class Picture {
-  canvas: HTMLCanvasElement;
   private painter: Painter | null = null;
   geometry: Geometry | null = null;
   table: Table | null = null;
   field: Field = NO_FIELD;
   look: Look = { rgb_from_xyz: [1, 0, 0, 0, 1, 0, 0, 0, 1], exposure: 1 };
 
-  constructor(canvas: HTMLCanvasElement, private readonly told: (what: string) => void, without = false) {
-    this.canvas = canvas;
-    this.begin(without ? "canvas" : "webgl2");
+  /** `lost`: this canvas draws no more. It keeps its first kind of context, so that another painter needs another canvas. */
+  constructor(readonly canvas: HTMLCanvasElement, lost: () => void, without = false) {
+    if (without) {
+      this.painter = new LoopPainter(canvas);
+      return;
+    }
+    try {
+      this.painter = new GlPainter(canvas, lost);
+    } catch (error) {
+      console.info(`WebGL2 cannot be used: ${error instanceof Error ? error.message : error}`);
+      if (canvas.getContext("webgl2")) queueMicrotask(lost);
+      else this.painter = new LoopPainter(canvas);
+    }
   }
 
   get kind(): "webgl2" | "canvas" {
     return this.painter?.kind ?? "canvas";
-  }
-
-  private begin(kind: "webgl2" | "canvas"): void {
-    if (kind === "webgl2") {
-      try {
-        this.painter = new GlPainter(this.canvas, () => this.fall());
-        return;
-      } catch (error) {
-        if (this.canvas.getContext("webgl2")) this.replaceCanvas();
-        console.info(`WebGL2 cannot be used: ${error instanceof Error ? error.message : error}`);
-      }
-    }
-    this.painter = new LoopPainter(this.canvas);
-  }
-
-  /** A canvas keeps its first kind of context: another kind needs another canvas. */
-  private replaceCanvas(): void {
-    const fresh = this.canvas.cloneNode(false) as HTMLCanvasElement;
-    this.canvas.replaceWith(fresh);
-    this.canvas = fresh;
-  }
-
-  /** The graphics device is gone: go on without it. */
-  private fall(): void {
-    this.painter?.dispose();
-    this.replaceCanvas();
-    this.painter = new LoopPainter(this.canvas);
-    if (this.geometry) this.painter.setGeometry(this.geometry);
-    if (this.table) this.painter.setTable(this.table);
-    this.painter.setField(this.field);
-    this.told("lost");
-    this.draw();
   }
 
   setGeometry(geometry: Geometry): void {

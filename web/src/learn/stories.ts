@@ -53,11 +53,11 @@ export const STORIES: Story[] = [
   {
     title: "Why rings, and why they crowd",
     link: "#v=1&scene=rings&illuminant=lines%3A589.158*2%2C589.756&view_mm=8&story=3",
-    look: "Sodium light: rings without colours. Compare told and measured radii below the picture.",
-    question: "The first dark ring is as far from the second as the ninth from how many others? Does the gap grow evenly?",
+    look: "Sodium light: rings without colours. Compare the radii of the formula with those measured, below the picture.",
+    question: "The first dark ring has a radius of 0.77 mm. Where is the fourth: at four times that? Why do the rings crowd outwards?",
     answer: () =>
       "The gap under a lens grows with the square of the distance, r^2 / 2R. Dark rings come at every half wave of gap, " +
-      "so r = sqrt(m lambda R): radii go as 1, 1.41, 1.73, 2. With R = 1 m and sodium light: 0.768, 1.086, 1.330 and 1.535 mm. " +
+      "so r = √(m λ R): radii go as 1, 1.41, 1.73, 2. With R = 1 m and sodium light: 0.768, 1.086, 1.330 and 1.535 mm, the fourth at twice the first. " +
       "From the first to the second it is 0.318 mm, from the ninth to the tenth 0.125 mm.",
   },
   {

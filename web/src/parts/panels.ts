@@ -8,6 +8,8 @@ import { CHART_DEG } from "../draw/geometry";
 import { filled } from "../state/keys";
 import { TEXT } from "../text/strings";
 import { type Curve, diagram, spectrumChart } from "./charts";
+import { orderEnds } from "../text/words";
+import { measuredRadii } from "./radii";
 import { brightening, paintStrip, square } from "./swatch";
 
 const WAVELENGTHS = Float64Array.from({ length: 201 }, (_, i) => 380 + 2 * i);
@@ -33,7 +35,6 @@ function strip(app: App, title: string, xyz: Float64Array, marks: { share: numbe
     ${orders.length ? html`<svg viewBox="0 0 480 16" aria-hidden="true">${orders.map((share, i) => line({ share, label: ["I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX"][i] }))}</svg>` : nothing}
   </figure>`;
 }
-
 
 
 function line(mark: { share: number; label: string }): TemplateResult {
@@ -102,7 +103,7 @@ function scales(app: App, core: Core, stack: string, lamp: string, nm: number, a
   });
   return html`
     <section class="card"><h2>${TEXT.newton}</h2><p class="small">${TEXT.newton_of(to)}${model === "two-beam" ? `: ${TEXT.choices[model]}` : ""}</p>
-      ${strip(app, TEXT.newton_of(to), scale, marks, app.orderEnds(to).map((nm) => nm / to))}</section>
+      ${strip(app, TEXT.newton_of(to), scale, marks, orderEnds(app, to).map((nm) => nm / to))}</section>
     <section class="card"><h2>${TEXT.strip}</h2><p class="small">${TEXT.strip_of(nm)}</p>
       ${strip(app, TEXT.strip_of(nm), angles, [0, 15, 30, 45, 60, 75].map((deg) => ({ share: deg / CHART_DEG, label: `${deg}°` })))}</section>
     <section class="card"><h2>${TEXT.diagram}</h2><p class="small">${TEXT.diagram_of(to)}</p>
@@ -121,7 +122,7 @@ export function ringsPanel(app: App): TemplateResult {
   const single = spread < 5;
   const wavelength = single ? mean : 550;
   const [radius, contact, view] = ["radius_mm", "thickness_nm", "view_mm"].map((name) => Number(state[name]));
-  const measured = measuredRadii(app, view);
+  const measured = measuredRadii(app);
   const rows: TemplateResult[] = [];
   const first = Math.ceil((2 * contact) / wavelength - 1e-9);
   for (let m = Math.max(first, 1); rows.length < 8; m++) {
@@ -133,27 +134,6 @@ export function ringsPanel(app: App): TemplateResult {
     rows.push(html`<tr><th scope="row">${m}</th><td>${told.toFixed(3)}</td><td>${found !== undefined && Math.abs(found - told) < 0.1 * told ? found.toFixed(3) : "-"}</td></tr>`);
   }
   return html`<section class="card"><h2>${TEXT.rings_measured}</h2>
-    <table><caption>${TEXT.rings_table}${single ? "" : " (lambda = 550 nm for white light: only the first few rings are told by one wavelength)"}</caption>
+    <table><caption>${TEXT.rings_table}${single ? "" : "; λ = 550 nm stands for white light, which holds for the first few rings"}</caption>
     <thead><tr><th scope="col">${TEXT.ring}</th><th scope="col">${TEXT.told}</th><th scope="col">${TEXT.measured}</th></tr></thead><tbody>${rows}</tbody></table></section>`;
-}
-
-/** Radii in mm at which the drawn table is darkest. */
-export function measuredRadii(app: App, view_mm: number): number[] {
-  if (!app.picture?.table) return [];
-  const [radius, contact] = [Number(app.state["radius_mm"]), Number(app.state["thickness_nm"])];
-  const count = 2400;
-  const y = Float64Array.from({ length: count }, (_, i) => {
-    const r = (view_mm * i) / (2 * count);
-    const gap = contact + (1e6 * r * r) / (radius + Math.sqrt(radius * radius - r * r));
-    return app.tableColor(gap, 0)[1];
-  });
-  const found: number[] = [];
-  for (let i = 1; i < count - 1; i++) {
-    if (y[i] < y[i - 1] && y[i] <= y[i + 1]) {
-      // The vertex of the parabola through three points.
-      const bend = y[i - 1] - 2 * y[i] + y[i + 1];
-      found.push((view_mm * (i + (0.5 * (y[i - 1] - y[i + 1])) / bend)) / (2 * count));
-    }
-  }
-  return found;
 }

@@ -3,7 +3,7 @@
 import { html, type TemplateResult } from "lit";
 import type { App } from "../app";
 import { shown } from "../draw/picture";
-import { TEXT } from "../text/strings";
+import type { Seen } from "../text/words";
 
 /** A square of colour; the style is set by paintSwatches, as the page's policy allows no inline styles. */
 export function square(app: App, xyz: ArrayLike<number>, scale: number, label: string): TemplateResult {
@@ -25,7 +25,7 @@ export function brightening(y: number): number {
   return y > 0.35 ? 1 : y > 0.12 ? 2 : 5;
 }
 
-export function swatch(app: App, film: { text: string; xyz: Float64Array; name: string }): TemplateResult {
+export function swatch(app: App, film: Seen): TemplateResult {
   const core = app.core;
   if (!core) return html``;
   const lab = core.convert(film.xyz, "xyz", "lab", String(app.state["illuminant"]));
@@ -47,16 +47,15 @@ export function paintStrip(canvas: HTMLCanvasElement, app: App, xyz: Float64Arra
   canvas.width = count;
   canvas.height = 1;
   const context = canvas.getContext("2d");
-  if (!context || !app.picture) return;
+  const look = app.stage?.picture?.look;
+  if (!context || !look) return;
   let most = 0;
   for (let i = 0; i < count; i++) most = Math.max(most, xyz[3 * i + 1]);
   const image = context.createImageData(count, 1);
-  const look = { rgb_from_xyz: app.picture.look.rgb_from_xyz, exposure: most > 0 ? 0.82 / most : 1 };
+  const bright = { rgb_from_xyz: look.rgb_from_xyz, exposure: most > 0 ? 0.82 / most : 1 };
   for (let i = 0; i < count; i++) {
-    shown(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2], look, image.data, 4 * i);
+    shown(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2], bright, image.data, 4 * i);
     image.data[4 * i + 3] = 255;
   }
   context.putImageData(image, 0, 0);
 }
-
-export const NO_COLOR = TEXT.nothing;

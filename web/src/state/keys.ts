@@ -86,7 +86,7 @@ export const KEYS: readonly Key[] = [
   // pictures
   {
     name: "environment", kind: "choice", choices: ["studio", "overcast", "uniform"], default: "studio",
-    of: { slick: "overcast", rings: "uniform", wafer: "overcast" }, scenes: PICTURES,
+    of: { slick: "overcast", titanium: "overcast", wafer: "overcast" }, scenes: ["bubble", "slick", "titanium", "wafer"],
   },
   { name: "exposure", kind: "number", unit: "stops", range: [-5, 5], step: 0.1, default: 0, scenes: PICTURES },
   // learn: a story told beside the picture (0: none); the number of a worksheet (0: none)

@@ -1,5 +1,7 @@
-// Tables that come with the page (web/tools/build.mjs makes them), by the key of their request.
+// Tables that come with the page, as web/tools/build.mjs has made them.
 
-export const STORED = new Map<string, string>(__STORED__);
+import type { StoredTable } from "../core/stored";
 
-declare const __STORED__: [string, string][];
+declare const __STORED__: StoredTable[];
+
+export const STORED: readonly StoredTable[] = __STORED__;

@@ -23,7 +23,7 @@ export function colorName(l: number, a: number, b: number): string {
   if (chroma < 5) return l > 92 ? words.white : l > 70 ? words.light_grey : l > 35 ? words.grey : words.dark_grey;
   if (chroma < 13) return `${l > 75 ? words.pale : l < 25 ? words.very_dark : words.greyish} ${name}`;
   if (l < 25) return `${words.dark} ${name}`;
-  if (chroma < 32) return `${l > 80 ? words.pale : words.dull} ${name}`;
+  if (chroma < 36) return `${l > 80 ? words.pale : words.dull} ${name}`;
   return chroma > 60 ? `${words.vivid} ${name}` : l > 82 ? `${words.light} ${name}` : name;
 }
 

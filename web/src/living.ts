@@ -1,0 +1,183 @@
+// The film that lives: a worker lets it flow, each step as long as the last picture took; a finger stirs it.
+
+import type { FilmState } from "./core/core";
+import { Job } from "./core/jobs";
+import type { Stage } from "./stage";
+import { PRESETS, type State } from "./state/keys";
+
+/** A step of film that a picture may wait for, s. */
+const LONGEST_STEP_S = 0.1;
+const WANTED_PER_S = 30;
+
+/** Where a film lies, m: radius and angle of the rim of a sphere (crates/flow: presets), or sides of a frame. */
+const SHAPES: Record<string, { radius: number; rim: number } | { across: number; down: number }> = {
+  "free-bubble-preview": { radius: 0.03, rim: Math.PI },
+  "bubble-on-bath-preview": { radius: 0.025, rim: Math.PI / 2 },
+  "late-preview": { radius: 0.025, rim: Math.PI / 2 },
+  "vertical-film-preview": { across: 0.1, down: 0.06 },
+};
+
+/** Changes that reach a film while it flows. */
+const LIVE = ["wind_m_s", "gravity_m_s2"] as const;
+
+export class LivingFilm {
+  state: FilmState | null = null;
+  private key = "";
+  private aged = false;
+  private busy = false;
+  /** When the last step was asked for; 0: it stood still. */
+  private flowed = 0;
+  private sent: Record<string, number> = {};
+  private times: number[] = [];
+  private steps: number[] = [];
+  private lastStir: { place: [number, number]; time: number } | null = null;
+
+  constructor(private readonly stage: Stage, private readonly job: Job) {}
+
+  private get page(): State {
+    return this.stage.app.state;
+  }
+
+  /** Begins the film that `wanted` names, unless it flows already. */
+  async start(wanted: string): Promise<void> {
+    if (this.key === wanted) {
+      if (!this.aged || !this.state) return;
+      // Another scene was on the canvas meanwhile.
+      this.flowed = 0;
+      this.show(this.state);
+      this.stage.fieldCame(wanted);
+      void this.live();
+      return;
+    }
+    this.key = wanted;
+    this.aged = false;
+    if (this.job.busy) this.job.stop();
+    this.busy = false;
+    this.state = null;
+    const { preset, thickness_nm, seed } = this.page;
+    const changes: Record<string, number> = { thickness_nm: Number(thickness_nm) };
+    for (const name of LIVE) changes[name] = Number(this.page[name]);
+    const small = this.stage.picture?.kind === "canvas" && PRESETS.includes(preset as never) && /free-bubble|on-bath/.test(String(preset));
+    const name = small ? String(preset).replace("-preview", "-small-preview") : String(preset);
+    try {
+      if (changes["thickness_nm"] <= 0) throw new Error("a film that flows needs a thickness");
+      const reply = await this.job.ask<"film">({ kind: "flow-start", id: 0, preset: name, changes, columns: 0, seed: Number(seed), time_s: 0 });
+      if (this.key !== wanted) return;
+      this.sent = changes;
+      await this.age(wanted, reply.film);
+    } catch (error) {
+      if (this.key === wanted) this.stage.app.fail(error);
+    }
+  }
+
+  /** Lets it grow as old as it should be, in sight. */
+  private async age(wanted: string, first: FilmState): Promise<void> {
+    let film = first;
+    const until = Number(this.page["age_s"]);
+    for (;;) {
+      this.show(film);
+      if (film.time_s >= until || !Number.isNaN(film.ruptured_s)) break;
+      const time_s = Math.min(until, film.time_s + 0.2);
+      film = (await this.job.ask<"film">({ kind: "flow-advance", id: 0, time_s })).film;
+      if (this.key !== wanted) return;
+    }
+    this.aged = true;
+    this.flowed = 0;
+    if (!this.stage.living()) return;
+    this.stage.fieldCame(wanted);
+    void this.live();
+  }
+
+  private show(film: FilmState): void {
+    this.state = film;
+    if (!this.stage.living()) return;
+    this.stage.picture?.setField(film);
+    this.stage.draw();
+  }
+
+  /** One step after the other, as long as it should flow. */
+  async live(): Promise<void> {
+    if (this.busy || !this.stage.living() || !this.stage.fieldReady() || !this.state) return;
+    for (const name of LIVE) {
+      const value = Number(this.page[name]);
+      if (value === this.sent[name]) continue;
+      this.sent[name] = value;
+      this.job.send({ kind: "flow-change", name, value });
+    }
+    if (!this.page["playing"] || document.hidden || !Number.isNaN(this.state.ruptured_s)) {
+      this.flowed = 0;
+      return;
+    }
+    this.busy = true;
+    const wanted = this.key;
+    try {
+      const now = performance.now();
+      const passed = this.flowed ? (now - this.flowed) / 1000 : 1 / 30;
+      this.flowed = now;
+      const time_s = this.state.time_s + Math.min(Math.max(passed, 1 / 120), LONGEST_STEP_S);
+      const reply = await this.job.ask<"film">({ kind: "flow-advance", id: 0, time_s });
+      if (this.key !== wanted) return;
+      this.steps.push(1000 * reply.seconds);
+      if (this.steps.length > 120) this.steps.shift();
+      await new Promise((resolve) => requestAnimationFrame(resolve));
+      if (this.key !== wanted) return;
+      this.show(reply.film);
+      this.keepPace();
+    } catch (error) {
+      if (this.key === wanted) this.stage.app.fail(error);
+      return;
+    } finally {
+      this.busy = false;
+    }
+    void this.live();
+  }
+
+  /** Smaller pictures where they come too slowly. */
+  private keepPace(): void {
+    this.times.push(performance.now());
+    if (this.times.length % 30 === 0) this.stage.app.version++;
+    if (this.times.length <= 45) return;
+    if (this.times.length > 90) this.times.shift();
+    if (this.perSecond() < WANTED_PER_S * 0.97 && this.stage.smaller()) this.times = [];
+  }
+
+  perSecond(): number {
+    const { times } = this;
+    return times.length > 1 ? ((times.length - 1) * 1000) / (times[times.length - 1] - times[0]) : 0;
+  }
+
+  /** Median time of a step, ms. */
+  stepMs(): number {
+    const sorted = [...this.steps].sort((a, b) => a - b);
+    return sorted[sorted.length >> 1] ?? 0;
+  }
+
+  /** The pointer moved with its button down. */
+  stir(event: PointerEvent, place: [number, number] | null): void {
+    if (!this.stage.living() || !this.state || !(event.buttons & 1) || !place) {
+      this.lastStir = null;
+      return;
+    }
+    const now = performance.now();
+    const last = this.lastStir;
+    this.lastStir = { place, time: now };
+    if (!last || now - last.time < 1) return;
+    this.blow(place, [place[0] - last.place[0], place[1] - last.place[1]], (now - last.time) / 1000);
+  }
+
+  /** Drags the film along: `moved` in shares of the field, within so many seconds. */
+  blow(place: [number, number], moved: [number, number], seconds: number): void {
+    const shape = SHAPES[String(this.page["preset"])];
+    if (!this.state || !shape) return;
+    const { columns, rows } = this.state;
+    const [across, down] = "radius" in shape
+      ? [2 * Math.PI * shape.radius * Math.sin(place[1] * shape.rim), shape.rim * shape.radius]
+      : [shape.across, shape.down];
+    const turn = moved[0] - Math.round(moved[0]);
+    const held = (v: number) => Math.min(Math.max(v / seconds, -1), 1);
+    const row = Math.min(Math.max(place[1] * rows - 0.5, -0.5), rows - 0.5);
+    this.job.send({
+      kind: "flow-stir", place: [row, place[0] * columns - 0.5], speed: [held(moved[1] * down), held(turn * across)], radius_m: 6e-3,
+    });
+  }
+}

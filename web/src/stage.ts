@@ -1,0 +1,274 @@
+// What is on the canvas: where the film lies, how thick it is, the colour table, the exposure. Each is made anew only
+// when what it depends on has changed; every change ends in one draw.
+
+import type { App } from "./app";
+import type { Core, Table, TableRequest } from "./core/core";
+import { Job, Tables } from "./core/jobs";
+import { lookUp } from "./core/look-up";
+import { CHART_DEG, aspectOf, geometryOf } from "./draw/geometry";
+import { Picture } from "./draw/picture";
+import { LivingFilm } from "./living";
+import type { Scene } from "./state/keys";
+import { STORED } from "./state/stored";
+import { TEXT } from "./text/strings";
+
+/** Colours while something moves, and when it has come to rest: CIEDE2000 against the exact sums. */
+const DRAFT = 0.5;
+const FINE = 0.1;
+/** Sides of a living picture, in pixels: fewer where a machine cannot keep up. */
+const SIDES = [640, 560, 480, 416, 352, 288];
+/** Metals and silicon are shown no brighter than this times what they mirror: their colours are those of a bright surface. */
+const BRIGHTEST = 1.6;
+/** Keys that say where the film lies. */
+const GEOMETRY_KEYS = ["preset", "environment", "walls", "radius_mm", "view_mm", "angle_deg", "edge_nm", "thickest_nm"];
+/** Scenes whose thickness belongs to the geometry: no field holds it. */
+const OWN_THICKNESS: readonly Scene[] = ["rings", "titanium", "wafer"];
+
+export class Stage {
+  picture: Picture | null = null;
+  readonly tables: Tables;
+  readonly film: LivingFilm;
+  /** ms after the start of the page at which the first whole picture stood; 0: not yet. */
+  firstPicture = 0;
+  private readonly fields: Job;
+  private readonly water: Float64Array;
+  private readonly rgb: Float64Array;
+  private geometryKey = "";
+  private tableKey = "";
+  private fieldKey = "";
+  private exposureKey = "";
+  private refining = "";
+  private automatic = 1;
+  private sideIndex = 0;
+  private lost = false;
+
+  constructor(readonly app: App, core: Core, module: WebAssembly.Module) {
+    this.tables = new Tables(module, STORED);
+    this.fields = new Job(module);
+    this.film = new LivingFilm(this, this.fields);
+    this.rgb = transposed(core.convert([1, 0, 0, 0, 1, 0, 0, 0, 1], "xyz", "linear-srgb"));
+    this.water = Float64Array.from({ length: 91 }, (_, deg) => (deg === 90 ? 1 : core.spectrum("air / water", [550], deg)[0]));
+  }
+
+  // ------------------------------------------------------------------------------------------------ what is asked for
+
+  private number(name: string): number {
+    return Number(this.app.state[name]);
+  }
+
+  living(): boolean {
+    return this.app.state.scene === "bubble" && this.app.state["preset"] !== "still";
+  }
+
+  private range(fine: boolean): { range_nm: [number, number]; range_deg: [number, number] } {
+    // Towards grazing light colours change so fast that tables grow tenfold: beyond, the colours of the last angle are held.
+    const range_deg: [number, number] = [0, fine ? 85 : 80];
+    const whole = (nm: number) => Math.max(Math.ceil(nm / 500), 1) * 500;
+    const thickness = this.number("thickness_nm");
+    switch (this.app.state.scene) {
+      case "rings": {
+        const [radius, r2] = [this.number("radius_mm"), this.number("view_mm") ** 2 / 2];
+        return { range_nm: [0, whole(thickness + (1e6 * r2) / (radius + Math.sqrt(radius ** 2 - r2)))], range_deg: [0, 0] };
+      }
+      case "slick":
+        return { range_nm: [0, Math.max(thickness, 50)], range_deg };
+      case "titanium":
+        return { range_nm: [0, 300], range_deg };
+      case "wafer":
+        return { range_nm: [0, whole(Math.max(thickness, this.number("edge_nm")))], range_deg };
+      case "film":
+        return { range_nm: [0, this.number("thickest_nm")], range_deg: [0, CHART_DEG] };
+      default: {
+        let most = 1500;
+        if (this.film.state) for (const nm of this.film.state.thickness_nm) if (nm > most) most = nm;
+        if (this.app.state["preset"] === "still") most = Math.max(most, 2 * thickness);
+        return { range_nm: [0, Math.min(whole(most), 20000)], range_deg };
+      }
+    }
+  }
+
+  private request(max_delta_e: number): TableRequest {
+    const { stack, illuminant } = this.app.state;
+    return { stack: String(stack), layer: this.app.layer, illuminant: String(illuminant), ...this.range(max_delta_e === FINE), max_delta_e };
+  }
+
+  private wantedTable(max_delta_e: number): string {
+    return Tables.key(this.request(max_delta_e));
+  }
+
+  private wantedField(): string {
+    const { scene, preset, thickness_nm, seed, age_s } = this.app.state;
+    if (scene === "slick") return `swirls ${thickness_nm} ${seed}`;
+    if (scene !== "bubble") return "none";
+    return preset === "still" ? `still ${thickness_nm}` : `flow ${preset} ${thickness_nm} ${seed} ${age_s}`;
+  }
+
+  fieldReady(): boolean {
+    return this.fieldKey === this.wantedField();
+  }
+
+  /** Whether the picture shows the state as it is now. */
+  isDrawn(): boolean {
+    return Boolean(this.picture?.table) && this.tableKey === this.wantedTable(DRAFT) && this.fieldReady();
+  }
+
+  /** Whether its colours are as fine as they will be. */
+  isSettled(): boolean {
+    return Boolean(this.picture?.table) && this.picture?.table === this.tables.find(this.request(FINE));
+  }
+
+  // ------------------------------------------------------------------------------------------------ what is made
+
+  /** Makes what is missing for the state as it is now, and draws. */
+  update(canvas: HTMLCanvasElement): void {
+    if (!this.picture || this.picture.canvas !== canvas) {
+      this.picture?.dispose();
+      this.picture = new Picture(canvas, () => this.lose(), this.lost || /[?&]webgl=0/.test(location.search));
+      if (this.picture.kind === "canvas") this.app.tell(this.lost ? TEXT.lost : TEXT.slow);
+      this.geometryKey = this.tableKey = "";
+      if (this.film.state && this.living()) this.picture.setField(this.film.state);
+      else this.fieldKey = "";
+    }
+    this.updateGeometry();
+    void this.updateField().catch((error) => this.app.fail(error));
+    void this.updateTable();
+    this.draw();
+    void this.film.live();
+  }
+
+  /** The graphics device is gone: go on without it, on another canvas. */
+  private lose(): void {
+    this.lost = true;
+    this.app.anotherCanvas();
+  }
+
+  private updateGeometry(): void {
+    const picture = this.picture as Picture;
+    const { state } = this.app;
+    const box = picture.canvas.parentElement as HTMLElement;
+    const aspect = aspectOf(state);
+    const ratio = this.living() ? 1 : Math.min(devicePixelRatio || 1, 2);
+    const most = this.living() ? SIDES[picture.kind === "canvas" ? SIDES.length - 1 : this.sideIndex] : picture.kind === "canvas" ? 480 : 1000;
+    const width = Math.max(64, Math.round(Math.min((box.clientWidth || 480) * ratio, most * Math.max(aspect, 1))));
+    const height = Math.round(width / aspect);
+    const names = OWN_THICKNESS.includes(state.scene) ? [...GEOMETRY_KEYS, "thickness_nm"] : GEOMETRY_KEYS;
+    const key = [state.scene, width, height, ...names.map((name) => state[name])].join("|");
+    if (key === this.geometryKey) return;
+    this.geometryKey = key;
+    picture.setGeometry(geometryOf({ width, height, state, water: this.water }));
+  }
+
+  /** Fewer pixels for a living film; false: there are no fewer. */
+  smaller(): boolean {
+    if (this.sideIndex >= SIDES.length - 1) return false;
+    this.sideIndex++;
+    this.updateGeometry();
+    return true;
+  }
+
+  private async updateField(): Promise<void> {
+    const wanted = this.wantedField();
+    if (wanted === this.fieldKey || this.fieldKey === `asked ${wanted}`) return;
+    const picture = this.picture as Picture;
+    if (wanted.startsWith("flow")) {
+      await this.film.start(wanted);
+      return;
+    }
+    if (wanted.startsWith("swirls")) {
+      this.fieldKey = `asked ${wanted}`;
+      const [max_nm, seed] = [Math.max(this.number("thickness_nm"), 21), this.number("seed")];
+      const { values, columns, rows } = await this.fields.ask<"swirls">({ kind: "swirls", id: 0, min_nm: 20, max_nm, seed });
+      if (this.wantedField() !== wanted) return;
+      picture.setField({ columns, rows, thickness_nm: values });
+    } else if (wanted.startsWith("still")) {
+      const mean = this.number("thickness_nm");
+      picture.setField({ columns: 1, rows: 512, thickness_nm: Float32Array.from({ length: 512 }, (_, i) => (2 * mean * (i + 0.5)) / 512) });
+    }
+    this.fieldCame(wanted);
+  }
+
+  /** The field that was wanted is there. */
+  fieldCame(key: string): void {
+    this.fieldKey = key;
+    this.exposureKey = "";
+    this.draw();
+    this.app.version++;
+  }
+
+  private async updateTable(): Promise<void> {
+    const wanted = this.wantedTable(DRAFT);
+    if (this.tableKey === wanted) {
+      if (!this.app.dragging && this.picture?.table && !this.isSettled()) await this.refine();
+      return;
+    }
+    const ready = this.tables.find(this.request(FINE)) ?? this.tables.find(this.request(DRAFT));
+    try {
+      const table = ready ?? (await this.tables.get(this.request(DRAFT)));
+      if (!table || this.wantedTable(DRAFT) !== wanted) return;
+      this.app.fail(null);
+      this.tableKey = wanted;
+      this.exposureKey = "";
+      this.tableCame(table);
+      if (!this.app.dragging) await this.refine();
+    } catch (error) {
+      this.app.fail(error);
+    }
+  }
+
+  /** Finer colours, once nothing moves. */
+  private async refine(): Promise<void> {
+    const key = this.wantedTable(FINE);
+    if (this.refining === key) return;
+    this.refining = key;
+    try {
+      const table = await this.tables.get(this.request(FINE));
+      if (table && this.wantedTable(FINE) === key) this.tableCame(table);
+    } catch {
+      // The coarser table stands; its error is told under the picture.
+    } finally {
+      if (this.refining === key) this.refining = "";
+    }
+  }
+
+  private tableCame(table: Table): void {
+    this.picture?.setTable(table);
+    this.draw();
+    this.app.version++;
+  }
+
+  /** Share of the picture that must not be whiter than white: a window may be, and so may grazing light in a chart. */
+  private within(): number {
+    const { scene } = this.app.state;
+    if (scene === "film") return 0.8;
+    return scene !== "rings" && (this.living() || this.app.state["environment"] === "studio") ? 0.96 : 0.995;
+  }
+
+  draw(): void {
+    const picture = this.picture;
+    if (!picture || !picture.table || !picture.geometry) return;
+    const { state } = this.app;
+    const key = `${this.geometryKey}|${this.tableKey}|${this.fieldKey}`;
+    if (key !== this.exposureKey) {
+      const luminances = picture.luminances();
+      const bright = luminances[Math.floor(luminances.length * this.within())] ?? 1;
+      const most = state.scene === "wafer" || state.scene === "titanium" ? BRIGHTEST : Infinity;
+      this.automatic = bright > 0 ? Math.min(0.82 / bright, most) : 1;
+      if (this.fieldReady()) this.exposureKey = key;
+    }
+    const stops = state.scene === "film" ? 0 : this.number("exposure");
+    picture.look = { rgb_from_xyz: this.rgb, exposure: this.automatic * 2 ** stops };
+    if (picture.draw() && this.fieldReady() && !this.firstPicture) this.firstPicture = performance.now();
+  }
+
+  /** XYZ of the table that is drawn. */
+  tableColor(thickness_nm: number, angle_deg: number): Float64Array {
+    const out = new Float64Array(3);
+    if (this.picture?.table) lookUp(this.picture.table, thickness_nm, angle_deg, out, 0);
+    return out;
+  }
+}
+
+function transposed(columns: Float64Array): Float64Array {
+  // The core answers what X, Y and Z become, one after the other: columns of the matrix.
+  return Float64Array.from({ length: 9 }, (_, i) => columns[3 * (i % 3) + Math.floor(i / 3)]);
+}
