@@ -81,8 +81,8 @@ web/node_modules: web/package-lock.json
 	cd web && npm ci --no-audit --no-fund
 	@touch $@
 
-test-web: web ## the page's core in Node, against the native core's numbers
-	cd web && node --test tests/core/*.test.mjs
+test-web: web ## the page: its core in Node against the native core, then all of it in Chromium (LINKS=10000 for more links)
+	cd web && node --test tests/core/*.test.mjs && node --test --test-concurrency=1 tests/page/*.test.mjs
 
 docs: build ## the documentation site in docs/_build/html, with the live page; warnings are errors
 	$(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["docs"], sep="\n")' > $(VENV)/docs.txt

@@ -7,14 +7,14 @@ import { fileURLToPath, pathToFileURL } from "node:url";
 
 const TYPES = { ".html": "text/html; charset=utf-8", ".js": "text/javascript", ".css": "text/css", ".wasm": "application/wasm", ".bin": "application/octet-stream", ".json": "application/json" };
 
-export function serve(folder, port = 0) {
+export function serve(folder, port = 0, headers = {}) {
   const asked = [];
   const server = createServer(async (request, response) => {
     const path = decodeURIComponent(new URL(request.url, "http://localhost").pathname);
     asked.push(path);
     try {
       const body = await readFile(join(folder, normalize(path === "/" ? "/index.html" : path)));
-      response.writeHead(200, { "content-type": TYPES[extname(path === "/" ? ".html" : path)] ?? TYPES[".html"] });
+      response.writeHead(200, { ...headers, "content-type": TYPES[extname(path === "/" ? ".html" : path)] ?? TYPES[".html"] });
       response.end(body);
     } catch {
       response.writeHead(404).end("not found");

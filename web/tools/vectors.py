@@ -1,4 +1,4 @@
-"""Makes web/tests/vectors.json: what the native core answers, for the tests of the page's core (`make test-web`).
+"""Makes web/tests/vectors.json and rings.json: what the native core answers, for the tests of the page (`make test-web`).
 
 Reflectances carry their conditioning: how much they change where wavelength and angle move by one unit in the last place,
 which is what rounding alone may do.
@@ -14,6 +14,7 @@ import numpy as np
 import iridesce as ir
 
 OUT = Path(__file__).resolve().parents[1] / "tests" / "vectors.json"
+RINGS = OUT.with_name("rings.json")
 SOLIDS = ["soap", "water", "SiO2", "TiO2", "MgF2", "N-BK7", "Si", "Ti", "Al", "Ag", "Au", "1.47", "2.2+0.05j", "1.8"]
 FIRST = ["air", "1.33", "N-BK7"]
 
@@ -73,7 +74,17 @@ def flows() -> list[list[object]]:
     return found
 
 
+def rings() -> list[list[float]]:
+    """X, Y, Z along a diameter of the scene `newtons-rings`, 4.8 mm in 256 pixels: its camera, a row one pixel high."""
+    changes = {"camera.orthographic_height": 4.8 / 256, "camera.resolution": [256, 1], "render.samples": 256}
+    scene = ir.Scene.load("newtons-rings")
+    for key, value in changes.items():
+        scene = scene.with_value(key, value)
+    return [[round(float(v), 6) for v in xyz] for xyz in ir.render(scene).xyz[0]]
+
+
 if __name__ == "__main__":
+    RINGS.write_text("[\n" + ",\n".join(map(json.dumps, rings())) + "\n]\n")
     rng = np.random.default_rng(20261128)
     OUT.parent.mkdir(parents=True, exist_ok=True)
     vectors = {"powers": powers(rng), "colors": colors(rng), "flows": flows()}
