@@ -74,6 +74,11 @@ class Cluster:
         self._wait_for_workers()
         self.simd = self._level()
 
+    @property
+    def threads(self) -> int:
+        """Threads of all workers, when they were last looked at."""
+        return self._threads
+
     def make(
         self,
         subject: Subject,
@@ -314,7 +319,7 @@ def _received(task: Task, reply: tuple[Any, ...], store: Store | None) -> Made |
         return Made(task.number, None, None)
     ending, inside = rest
     if store is None:
-        return Made(task.number, read_value(ending, inside, f"point {task.number}"), None)
+        return Made(task.number, read_value(ending, inside), None)
     store.put_content(task.number, ending, inside)
     return Made(task.number, None, None)
 

@@ -1,4 +1,4 @@
-"""One frame of footage on a worker. Films that flow stay where they stood, for the worker's next frame."""
+"""Frames of footage, and shards of one picture, on workers. Films that flow stay where they stood, for a worker's next frame."""
 
 from __future__ import annotations
 
@@ -7,8 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from iridesce.rendering import render
+from iridesce._progress import progress_bar
+from iridesce.image import Image
+from iridesce.rendering import merge, render
 from iridesce.rendering.animation import FlowingFilm, scene_at
+from iridesce.scene import Scene
+from iridesce.sweeping.cluster import opened
 from iridesce.sweeping.subjects import SceneSubject
 from iridesce.sweeping.worker import Sent, subject_at_home
 
@@ -39,3 +43,39 @@ def draw_frame(
             image.save(path, exposure=stops)
             contents.append(path.read_bytes())
     return stops, contents
+
+
+def draw_shard(sent: Sent, asked: dict[str, Any], shard: tuple[int, int]) -> bytes:
+    """Draw every N-th tile of a picture: the content of its EXR file."""
+    subject = subject_at_home(sent)
+    assert isinstance(subject, SceneSubject)
+    with tempfile.TemporaryDirectory(prefix="iridesce-") as folder:
+        path = Path(folder) / "shard.exr"
+        render(subject.scene, **{**asked, "threads": asked["threads"] or 1}, shard=shard).save(path)
+        return path.read_bytes()
+
+
+# Shards for each thread of the workers: the last ones are short then, and a death costs little.
+_SHARDS = 4
+
+
+def draw_in_shards(client: Any, scene: Scene, asked: dict[str, Any]) -> Image:
+    """A picture whose tiles the workers of a cluster draw; the bytes of ``render``."""
+    subject = SceneSubject(scene, "image")
+    files = subject.files([])
+    with (
+        opened(client, files=list(files)) as cluster,
+        progress_bar("rendering") as advance,
+        tempfile.TemporaryDirectory(prefix="iridesce-") as folder,
+    ):
+        assert cluster is not None
+        count = _SHARDS * cluster.threads
+        advance(0, count)
+        parts = [Path(folder) / f"{number:05d}.exr" for number in range(count)]
+        items = [(asked, (number + 1, count)) for number in range(count)]
+        for done, (place, content, error) in enumerate(cluster.ask(draw_shard, subject, items, files), start=1):
+            if error is not None:
+                raise error
+            parts[place].write_bytes(content)
+            advance(done, count)
+        return merge(parts)

@@ -16,6 +16,7 @@ import hashlib
 import io
 import json
 import os
+import tempfile
 import threading
 import warnings
 from collections.abc import Iterator, Mapping
@@ -24,7 +25,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iridesce.exchange.exr import read_exr
 from iridesce.files.trees import NotATree, from_json
 from iridesce.files.whole import check_place, read_whole, write_whole
 from iridesce.image import Image
@@ -116,7 +116,7 @@ class Store:
     def value(self, number: int) -> Any:
         """The value of a finished point."""
         path = self.folder / "points" / self.done[number].file
-        return read_value(path.suffix, read_whole(str(path), _MOST_BYTES), str(path))
+        return Image.load(path) if path.suffix == ".exr" else np.load(path, allow_pickle=False)
 
     def message(self, number: int) -> str:
         """Why a point failed."""
@@ -268,30 +268,14 @@ def failure_bytes(point: Point, message: str) -> bytes:
     return (json.dumps({"point": described_point(point), "error": message}, indent=1) + "\n").encode()
 
 
-def read_value(ending: str, content: bytes, label: str) -> Any:
-    """The value that a file of a point holds: a picture with every plane and its facts, or an array."""
+def read_value(ending: str, content: bytes) -> Any:
+    """The value that the content of a point's file holds: a picture with every plane and its facts, or an array."""
     if ending == ".npy":
         return np.load(io.BytesIO(content), allow_pickle=False)
-    channels, attributes = read_exr(content, label)
-
-    def planes(name: str) -> Any:
-        return np.stack([channels[f"{name}.{axis}"] for axis in "XYZ"], axis=-1)
-
-    facts: dict[str, Any] = {key: attributes[key] for key in ("backend", "simd", "samples") if key in attributes}
-    if "seed" in attributes:
-        facts["seed"] = int(str(attributes["seed"]))
-    if "software" in attributes:
-        facts["version"] = str(attributes["software"]).removeprefix("iridesce ")
-    if "scene" in attributes:
-        with contextlib.suppress(ValueError):
-            facts["scene"] = json.loads(str(attributes["scene"]))
-    return Image(
-        planes("XYZ"),
-        depth=channels["depth.Z"],
-        thickness_nm=channels["thickness_nm"],
-        normal=planes("normal"),
-        metadata=facts,
-    )
+    with tempfile.TemporaryDirectory(prefix="iridesce-") as folder:
+        path = Path(folder) / "point.exr"
+        path.write_bytes(content)
+        return Image.load(path)
 
 
 def first_difference(was: Any, now: Any, place: str = "") -> tuple[str, str, str] | None:

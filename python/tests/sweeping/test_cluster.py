@@ -212,6 +212,18 @@ def test_frames_by_workers_are_those_of_this_machine(client: Any, tmp_path: Path
         assert frame.read_bytes() == (tmp_path / "there" / frame.name).read_bytes()
 
 
+def test_a_picture_by_workers_has_the_bytes_of_render(client: Any, tmp_path: Path) -> None:
+    from iridesce.sweeping.frames import draw_in_shards
+
+    scene = ir.Scene.load("soap-bubble").with_value("object.bubble.surface.film.thickness_nm", 400.0)
+    asked = {"samples": 1, "seed": 3, "size": (70, 50), "crop": None, "threads": None}
+    draw_in_shards(client, scene, asked).save(tmp_path / "there.exr")
+    ir.render(scene, **asked).save(tmp_path / "here.exr")
+    assert (tmp_path / "there.exr").read_bytes() == (tmp_path / "here.exr").read_bytes()
+    refused = iridesce("render", "soap-bubble", "--dask", "local:1", "--time", "3", folder=tmp_path)
+    assert refused.returncode == 2 and "--until" in refused.stderr
+
+
 def test_fits_by_workers_are_those_of_this_machine(client: Any, tmp_path: Path) -> None:
     from iridesce.sweeping.fits import fit_each
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from iridesce.cli.answers import note, print_json
-from iridesce.cli.options import JsonOption, OutsideOption, SceneArgument, SetOption, ThreadsOption
+from iridesce.cli.answers import note, print_json, quiet_dask
+from iridesce.cli.options import DaskOption, JsonOption, OutsideOption, SceneArgument, SetOption, ThreadsOption
 from iridesce.cli.reading import (
     assignment,
     changed_scene,
@@ -59,6 +59,7 @@ def verb(
     gamut: Annotated[str, typer.Option(help="Colours outside it: hue (kept) or clip.")] = "hue",
     bits: Annotated[int, typer.Option(help="Of a channel of the .png: 8 or 16.")] = 8,
     half: Annotated[bool, typer.Option("--half", help="Half floats in the .exr.")] = False,
+    dask: DaskOption = None,
     set_: SetOption = None,
     allow_outside: OutsideOption = False,
     as_json: JsonOption = False,
@@ -71,6 +72,8 @@ def verb(
     paths = output or [Path(plain_name(scene) + suffix) for suffix in (".png", ".exr")]
     for path in paths:
         check_picture(path)
+    if dask is not None and (until is not None or time_ is not None or resume or shard is not None):
+        raise typer.BadParameter("goes without --until, --time, --resume and --shard", param_hint="--dask")
     part = None if crop is None else crop_in_pixels(crop)
     share = shard_of(shard)
     # A slip is told before a long render, not after it.
@@ -93,7 +96,14 @@ def verb(
     asked: dict[str, Any] = {"samples": samples, "seed": seed, "size": width_height, "threads": threads}
     asked |= {"until": until, "time_s": time_, "crop": part, "shard": share}
     keep = Keep(journal, _JOURNAL_AFTER_S, resume)
-    image = draw(loaded, asked, keep, progress=True)
+    if dask is None:
+        image = draw(loaded, asked, keep, progress=True)
+    else:
+        from iridesce.sweeping.frames import draw_in_shards
+
+        quiet_dask()
+        shared = {"samples": samples, "seed": seed, "size": width_height, "crop": part, "threads": threads}
+        image = draw_in_shards(dask, loaded, shared)
     for path in paths:
         image.save(path, exposure=stops, space=space, gamut=gamut, bits=bits, half=half)
     if keep.is_ours():
