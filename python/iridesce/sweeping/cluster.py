@@ -368,16 +368,17 @@ def _connected(distributed: Any, address: str) -> Iterator[Any]:
         count = int(own[1]) if own[1] else _core.threads()
         if count < 1:
             raise ValueError(f'client must be "local:N" with N >= 1, got {address!r}')
-        with (
-            distributed.LocalCluster(
+        with warnings.catch_warnings():
+            # (Where another program has the port that it would like for its own pages.)
+            warnings.filterwarnings("ignore", message="Port .* is already in use")
+            cluster = distributed.LocalCluster(
                 n_workers=count,
                 threads_per_worker=1,
                 host="127.0.0.1",
                 dashboard_address=None,
                 silence_logs=logging.CRITICAL,
-            ) as cluster,
-            distributed.Client(cluster, set_as_default=False) as client,
-        ):
+            )
+        with cluster, distributed.Client(cluster, set_as_default=False) as client:
             yield client
         return
     _knock(address)
