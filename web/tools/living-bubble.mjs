@@ -6,7 +6,7 @@ import { fileURLToPath } from "node:url";
 import { DIST, open, serve } from "../tests/page/browser.mjs";
 
 const OUT = process.argv[2] ?? fileURLToPath(new URL("../../docs/images/living-bubble.webp", import.meta.url));
-const [FRAMES, PER_S, SIDE, QUALITY] = [48, 12, 360, 0.72];
+const [FRAMES, PER_S, SIDE, QUALITY] = [24, 12, 360, 0.72];
 
 function u24(value) {
   return [value & 255, (value >> 8) & 255, (value >> 16) & 255];
