@@ -43,7 +43,7 @@ pub struct Films<'a> {
 impl Films<'_> {
     /// The tables of all angles.
     pub fn tables(&self, of: &Exposure) -> Result<Vec<PixelTable>, InverseError> {
-        if self.count < 3 || self.channels.is_empty() || self.channels.len() % (3 * self.count) != 0 {
+        if self.count < 3 || self.channels.is_empty() || !self.channels.len().is_multiple_of(3 * self.count) {
             return Err(InverseError::Argument("channels must be (angles, 3, thicknesses)".into()));
         }
         let made = self.channels.chunks_exact(3 * self.count).map(|one| {
@@ -168,7 +168,7 @@ fn step(
         let mut errors = [[0.0_f64; 3]; 3];
         let gain = f64::from(at.gain);
         for c in 0..3 {
-            if !(y[c] < at.clip[c]) || (at.cut_at_zero && y[c] <= 0.0) {
+            if y[c].is_nan() || y[c] >= at.clip[c] || (at.cut_at_zero && y[c] <= 0.0) {
                 errors[c][c] = UNKNOWN; // says nothing
                 continue;
             }
@@ -199,8 +199,8 @@ fn step(
         for (k, row) in normal.iter_mut().enumerate() {
             let side: [f64; 3] =
                 std::array::from_fn(|b| robust * (0..3).map(|a| column(k, a) * weight[a][b]).sum::<f64>());
-            for l in 0..4 {
-                row[l] += (0..3).map(|c| side[c] * column(l, c)).sum::<f64>();
+            for (l, sum) in row.iter_mut().enumerate().take(4) {
+                *sum += (0..3).map(|c| side[c] * column(l, c)).sum::<f64>();
             }
             row[4] += (0..3).map(|c| side[c] * value[c]).sum::<f64>();
         }
@@ -248,7 +248,7 @@ fn solved(normal: &[[f64; 5]; 4], free: [bool; 4]) -> Option<[f64; 4]> {
     }
     for k in 0..4 {
         // Normal matrices are positive: the diagonal is a pivot, unless nothing was measured.
-        if !(rows[k][k] > 0.0) {
+        if rows[k][k].is_nan() || rows[k][k] <= 0.0 {
             return None;
         }
         for other in (0..4).filter(|&other| other != k) {

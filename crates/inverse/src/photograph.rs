@@ -67,7 +67,11 @@ impl Prior<'_> {
     /// Candidates far from where a pixel was are less likely by what that pixel knew.
     fn apply(&self, candidates: &mut [Candidate]) -> Result<(), InverseError> {
         let count = candidates.len() / MOST;
-        if self.thickness_nm.len() != count || self.confidence.len() != count || !(self.tau_nm > 0.0) {
+        if self.thickness_nm.len() != count
+            || self.confidence.len() != count
+            || self.tau_nm.is_nan()
+            || self.tau_nm <= 0.0
+        {
             return Err(InverseError::Argument(format!("the frame before must have {count} pixels, and steps > 0")));
         }
         candidates.par_chunks_exact_mut(MOST).enumerate().with_min_len(4096).for_each(|(i, own)| {

@@ -122,7 +122,11 @@ impl PixelTable {
         let count = model[0].len();
         let positive =
             of.gain > 0.0 && of.temper >= 1.0 && of.shading >= 0.0 && of.noise.iter().flatten().all(|n| *n >= 0.0);
-        if count < 3 || model.iter().any(|m| m.len() != count || m.iter().any(|v| !v.is_finite())) || !(step_nm > 0.0) {
+        if count < 3
+            || model.iter().any(|m| m.len() != count || m.iter().any(|v| !v.is_finite()))
+            || step_nm.is_nan()
+            || step_nm <= 0.0
+        {
             return Err(InverseError::Argument(format!("a table of {count} thicknesses by {step_nm} nm is none")));
         }
         if !positive || of.haze.iter().any(|h| !h.is_finite()) {
@@ -355,7 +359,8 @@ impl PixelTable {
         let k = (at as usize).min(self.count - 2);
         let t = at - k as f32;
         let m: [f32; 3] = std::array::from_fn(|c| (1.0 - t) * self.model[c][k] + t * self.model[c][k + 1]);
-        let cut: [bool; 3] = std::array::from_fn(|c| !(pixel[c] < self.clip[c]) || (self.bare && pixel[c] <= 0.0));
+        let cut: [bool; 3] =
+            std::array::from_fn(|c| pixel[c].is_nan() || pixel[c] >= self.clip[c] || (self.bare && pixel[c] <= 0.0));
         let (mut along, mut size) = (self.shading, self.shading);
         for c in (0..3).filter(|&c| !cut[c]) {
             let w = self.weight[c][k];
@@ -510,9 +515,9 @@ mod tests {
         for k in [117, 120, 122] {
             let density = |g: f64| -> f64 {
                 let mut log = -0.5 * ((g - 1.0) / 0.03).powi(2) - 0.03_f64.ln();
-                for c in 0..3 {
+                for (c, y) in y.iter().enumerate() {
                     let w = f64::from(table.weight[c][k]);
-                    log += 0.5 * w.ln() - 0.5 * w * (f64::from(y[c]) - g * f64::from(table.model[c][k])).powi(2);
+                    log += 0.5 * w.ln() - 0.5 * w * (f64::from(*y) - g * f64::from(table.model[c][k])).powi(2);
                 }
                 log
             };

@@ -20,7 +20,22 @@ if TYPE_CHECKING:
 # function `verb`, or with a Typer `group` of verbs of its own.
 VERBS = (
     *("render", "merge", "scenes", "check", "color", "spectrum", "info"),
-    *("sweep", "animate", "lut", "export", "validate", "import", "fit", "recipes", "flow", "media", "chart", "page"),
+    *(
+        "sweep",
+        "animate",
+        "lut",
+        "export",
+        "validate",
+        "import",
+        "fit",
+        "thickness",
+        "calibrate",
+        "recipes",
+        "flow",
+        "media",
+        "chart",
+        "page",
+    ),
 )
 
 
