@@ -5,7 +5,7 @@
 A soap film that thins from 1 800 nm to some tens of nm, with thick patches that pass the spot, and bursts at the end; counts
 under a lamp with two bumps that drifts by 2 %, its size changing by 10 % from one spectrum to the next, stray light, noise
 1 % of the largest count. Right: within a quarter of a fringe and 4 %, or 3 nm. For each range of thickness: shares of
-verdicts, right, right among clear, intervals of 95 % that hold the truth, median error.
+verdicts, right, right among clear, intervals of 95 % that hold the truth (all that were given), median error of the right ones.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def main() -> None:
                 f"{low:5.0f} to {high:5.0f}  "
                 + " ".join(f"{share:6.1%}" for share in shares)
                 + f" {right[part].mean():6.1%} {right[clear].mean() if clear.any() else np.nan:8.1%}"
-                + f" {inside[good].mean() if good.any() else np.nan:8.1%} {middle:8.3f}"
+                + f" {inside[part & np.isfinite(got)].mean():8.1%} {middle:8.3f}"
             )
     burst = h == 0.0
     print(f"burst: none {np.mean(words[burst] == 'none'):.1%}, clear {np.mean(words[burst] == 'clear'):.1%}")

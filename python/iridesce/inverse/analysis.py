@@ -48,6 +48,9 @@ _SCANNED_FRINGES = 12.0
 _SCAN_STEP = 0.25
 _FAR = 60.0
 _STARTS = 10
+# An unknown line of the instrument, or a film that is uneven by as much, has this mean (sd, nm): spectrometers have 0.2 to 4 nm.
+# Without it thick films whose fringes are all but gone pass for anything smooth.
+_MEAN_LINE_NM = 1.5
 # Lines of the instrument (sd, nm) that are tried where it is unknown; uneven films look like wider ones.
 _LINES_NM = (0.0, 0.8, 2.0)
 
@@ -119,6 +122,12 @@ class Analysis:
                 found = [
                     (one, search) for one in search.unique([search.refined(solver, one.parameters) for one, _ in found])
                 ]
+        if self.single and self.light.gain is not None and not self.light.exact:
+            # A reference is good to a few per cent: the thin films that this hides are no minima under an even gain.
+            lines = [self.line] if self.line is not None else [0.0]
+            solver = search.solver()
+            thin = [solver.at(np.array([h, line * line])) for h, line in self._scanned(found, lines)]
+            return found + [(one, search) for one in thin]
         if found and self._explains(found[0][0]):
             limit = found[0][0].misfit / max(self.data.wavelength_nm.size, 1) * 60.0
             return [(one, search) for one, search in found if one.misfit < found[0][0].misfit + 4.0 * limit]
@@ -217,8 +226,13 @@ class Analysis:
         rated = []
         for one, search in found:
             spectrum = self.model.value(one.parameters)
-            rated.append(_Found(one, search, log_sum(engine.log_evidences(spectrum, engine.quick(spectrum))[0])))
+            logs = engine.log_evidences(spectrum, engine.quick(spectrum))[0]
+            rated.append(_Found(one, search, log_sum(logs) + self._log_prior_of_line(one.parameters)))
         return sorted(rated, key=lambda one: -one.log_evidence)
+
+    def _log_prior_of_line(self, parameters: Floats) -> float:
+        """Exponential; that of no line at all counts as 1."""
+        return 0.0 if self.line is not None else -math.sqrt(max(float(parameters[-1]), 0.0)) / _MEAN_LINE_NM
 
     def _best_row(self, engine: Engine, parameters: Floats) -> Floats:
         spectrum = self.model.value(parameters)
@@ -248,7 +262,7 @@ class Analysis:
         parameters = np.array([peak.thickness_nm, *start[1:]])
         return (
             self._told(engine, parameters, peak.best, peak.thickness_nm, interval, sd, {}),
-            peak.log_mass,
+            peak.log_mass + self._log_prior_of_line(parameters),
             peak.at_end,
         )
 
@@ -277,6 +291,7 @@ class Analysis:
         thickness = [float(value) for value in fitted.parameters[: self.unknown]]
         for value, (low, high) in zip(thickness, self.bounds, strict=True):
             mass += math.log(float(prior_density(value, low, high)))
+        mass += self._log_prior_of_line(fitted.parameters)
         # An unknown index is anywhere within 0.5.
         mass += math.log(2.0) * (axes - self.unknown)
         deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))

@@ -27,7 +27,7 @@ _STEP = 0.3
 # How far a lamp that nobody has divided out may bend, over which length; and one that is known, or learnt.
 _WIDE = (0.3, 30.0)
 _KNOWN = (0.03, 80.0)
-_LEARNT = (0.015, 80.0)
+_LEARNT = (0.02, 80.0)
 # The lamp itself is learnt as finely as this.
 _LAMP = (0.3, 14.0)
 _LEVEL, _STRAY = 0.4, 0.3
