@@ -115,8 +115,12 @@ def test_suns_that_overlap_add():
 
 def test_lamps_have_their_colour():
     """Also where their lines are the only light there is."""
+    nothing = sphere([0, -1e6, 0], 1.0, BLACK)
+    grid = np.arange(360.0, 831.0)
     for name in ("lines:589.158*2,589.756", "A", "FL2"):
-        white = ir.color.spectrum_to_xyz([360.0, 830.0], [1.0, 1.0], illuminant=name)
+        white = shown([nothing], [lit(name)], view([0, 0, 0], [0, 0, -1]))
+        if name == "A":
+            assert white == pytest.approx(ir.color.spectrum_to_xyz(grid, np.ones(471), illuminant=name), rel=1e-5)
         for lamp in (directional([0, 1, 0], np.pi, illuminant=name), point([0, 1, 0], np.pi, illuminant=name)):
             assert shown([FLOOR], [lamp]) == pytest.approx(white, rel=1e-4)
 
@@ -194,7 +198,7 @@ def test_a_point_within_glass_is_refused():
         (spot([0, 0, 0]), "light.0.spot.target"),
         (spot([0, 1, 0], cone_deg=200.0), "light.0.spot.cone_deg"),
         ({"directional": {}}, "light.0.directional.direction"),
-        ({"point": {"position": [0, 1, 0]}, "sun": {"direction": [0, 1, 0]}}, "light.0"),
+        ({"point": {"position": [0, 1, 0]}, "sun": {"direction": [0, 1, 0]}}, "light.0.point"),
     ],
 )
 def test_lights_that_are_refused(light, key):
