@@ -29,10 +29,17 @@ impl IndexTable {
         IndexTable { n: blocks(indices.iter().map(|n| n.re)), k: blocks(indices.iter().map(|n| n.im)) }
     }
 
-    /// The real index at a node.
+    /// The real index at a place among the nodes, linear between two.
     #[inline(always)]
-    pub fn n_at(&self, node: usize) -> f64 {
-        f64::from(self.n[node / LANES].0[node % LANES])
+    pub fn n_at(&self, place: f64) -> f64 {
+        let node = place as usize;
+        let n = f64::from(self.n[node / LANES].0[node % LANES]);
+        let share = place - node as f64;
+        if share == 0.0 {
+            return n;
+        }
+        let beside = node + 1;
+        (f64::from(self.n[beside / LANES].0[beside % LANES]) - n).mul_add(share, n)
     }
 
     #[inline(always)]

@@ -5,7 +5,10 @@ use iridesce_numerics::lanes::Singles as Lanes;
 use iridesce_numerics::lanes::blocks;
 use iridesce_optics::color::{Illuminant, rgb_basis};
 use iridesce_optics::{Medium, OpticsError};
-use iridesce_scene::{DeltaKind, Light, ResolvedScene, ResolvedSource, Surface, ThicknessField, Unit};
+use iridesce_scene::{
+    DeltaKind, Light, Reflectance, ResolvedReflectance, ResolvedScene, ResolvedSource, Surface, Texture,
+    ThicknessField, Unit, held,
+};
 
 use crate::camera::{Ray, RayCamera};
 use crate::coating::IndexTable;
@@ -16,6 +19,7 @@ use crate::geometry::{Geometry, Hit, Shape};
 use crate::lights::chooser::Extent;
 use crate::lights::{EmittingObject, EnvironmentLight, Lights};
 use crate::medium_stack::{Media, MediumStack, SURROUNDING, indices, visible};
+use crate::rough::RoughSurface;
 use crate::spectral::{Bands, FROM_NM, LEAST_NODES, MAX_NODES, Nodes, TO_NM, node_count, resolved_nm};
 use crate::tiles::Rect;
 
@@ -40,6 +44,8 @@ pub struct Prepared {
     pub materials: Vec<Material>,
     /// What share of the mean light is expected from each object; the last is what lies beyond them all.
     pub expected_shares: Vec<f32>,
+    /// Of the diffuse surfaces that a picture is laid over.
+    pub reflectance_maps: Vec<Option<Texture>>,
     /// The media behind the shapes.
     bodies: Vec<Option<u8>>,
     /// Names of objects, for messages.
@@ -107,6 +113,8 @@ pub struct FilmSurface {
     pub layer: LayerSurface,
     /// The medium on both sides.
     pub outside: u8,
+    /// `None`: a mirror.
+    pub rough: Option<RoughSurface>,
 }
 
 /// A coated, or bare, surface of a medium.
@@ -117,6 +125,8 @@ pub struct CoatedSurface {
     pub substrate: u8,
     /// What enters the substrate is absorbed.
     pub is_opaque: bool,
+    /// `None`: a mirror.
+    pub rough: Option<RoughSurface>,
 }
 
 impl Material {
@@ -130,9 +140,9 @@ impl Material {
 
     /// What share of the scene's mean light is expected from a surface: the estimate against which choices are made.
     /// Any would do, the better it is the less noise they make.
-    fn expected_share(&self, reflectances: &[[f64; 3]]) -> f32 {
+    fn expected_share(&self, reflectances: &[DiffuseColor<'_>]) -> f32 {
         match self {
-            Material::Diffuse { number, .. } => (reflectances[*number].iter().sum::<f64>() / 3.0) as f32,
+            Material::Diffuse { number, .. } => reflectances[*number].mean() as f32,
             Material::Coating(coating) if coating.is_opaque => 0.5,
             Material::Emitter(_) => 0.0,
             Material::Film(_) | Material::Coating(_) => 1.0,
@@ -162,6 +172,8 @@ pub struct Spectra {
     pub attenuation: Vec<Option<Vec<Lanes>>>,
     /// Reflectances of the diffuse surfaces.
     pub diffuse: Vec<Vec<Lanes>>,
+    /// Reflectance of red, green and blue.
+    pub rgb_basis: [Vec<Lanes>; 3],
     pub lights: Lights,
     /// Luminance of a path's s and p weights; sums to 1/2.
     pub importance: Vec<Lanes>,
@@ -174,8 +186,42 @@ struct Materials<'a> {
     list: Vec<Material>,
     films: Vec<(&'a Medium, u8)>,
     coatings: Vec<Vec<&'a Medium>>,
-    diffuse: Vec<[f64; 3]>,
+    diffuse: Vec<DiffuseColor<'a>>,
     emitters: Vec<(usize, &'a iridesce_scene::Emitter)>,
+}
+
+/// What a diffuse surface reflects.
+enum DiffuseColor<'a> {
+    Rgb([f64; 3]),
+    Map(&'a Texture),
+    Spectrum(&'a [(f64, f64)]),
+}
+
+impl DiffuseColor<'_> {
+    /// At a wavelength in nm; of a picture, in the mean.
+    fn at(&self, nm: f64) -> f64 {
+        let of = |rgb: [f64; 3]| rgb_basis(nm).iter().zip(rgb).map(|(f, v)| f * v).sum();
+        match self {
+            DiffuseColor::Rgb(rgb) => of(*rgb),
+            DiffuseColor::Map(texture) => of(texture.mean()),
+            DiffuseColor::Spectrum(table) => held(table, nm),
+        }
+    }
+
+    fn map(&self) -> Option<Texture> {
+        match self {
+            DiffuseColor::Map(texture) => Some((*texture).clone()),
+            _ => None,
+        }
+    }
+
+    fn mean(&self) -> f64 {
+        match self {
+            DiffuseColor::Rgb(rgb) => rgb.iter().sum::<f64>() / 3.0,
+            DiffuseColor::Map(texture) => texture.mean().iter().sum::<f64>() / 3.0,
+            DiffuseColor::Spectrum(table) => held(table, 560.0),
+        }
+    }
 }
 
 impl Prepared {
@@ -223,6 +269,7 @@ impl Prepared {
             expected_shares: (materials.list.iter().map(|own| own.expected_share(&materials.diffuse)))
                 .chain([1.0])
                 .collect(),
+            reflectance_maps: materials.diffuse.iter().map(DiffuseColor::map).collect(),
             names: scene.objects.iter().map(|object| object.name.clone()).collect(),
             shown_indices: media.list().iter().map(shown_index).collect::<Result<_, _>>()?,
             media,
@@ -297,7 +344,8 @@ fn materials<'a>(scene: &'a ResolvedScene, media: &mut Media) -> Result<Material
     let mut all = Materials::default();
     for (object, described) in scene.recipe.objects.iter().enumerate() {
         let thicknesses = scene.layers(object);
-        let mut coated = |layers: Vec<LayerSurface>, of: Vec<&'a Medium>, substrate: &Medium, is_metal: bool| {
+        let rough = RoughSurface::new(&described.roughness, scene.roughness(object), &described.shape);
+        let mut coated = |layers: Vec<LayerSurface>, of: Vec<&'a Medium>, substrate: &Medium, is_metal, rough| {
             let substrate = number_of(media, substrate)?;
             all.coatings.push(of);
             Ok::<_, RenderError>(Material::Coating(CoatedSurface {
@@ -305,6 +353,7 @@ fn materials<'a>(scene: &'a ResolvedScene, media: &mut Media) -> Result<Material
                 layers,
                 substrate,
                 is_opaque: is_metal || media.is_opaque(substrate),
+                rough,
             }))
         };
         let material = match &described.surface {
@@ -315,6 +364,7 @@ fn materials<'a>(scene: &'a ResolvedScene, media: &mut Media) -> Result<Material
                     number: all.films.len() - 1,
                     layer: LayerSurface::new(&thicknesses[0], &film.medium)?,
                     outside,
+                    rough,
                 })
             }
             Surface::Coating(coating) => {
@@ -325,13 +375,22 @@ fn materials<'a>(scene: &'a ResolvedScene, media: &mut Media) -> Result<Material
                     .map(|(layer, thickness)| LayerSurface::new(thickness, &layer.medium))
                     .collect::<Result<_, _>>()?;
                 let of = coating.layers.iter().map(|layer| &layer.medium).collect();
-                coated(layers, of, &coating.substrate, false)?
+                coated(layers, of, &coating.substrate, false, rough)?
             }
-            Surface::Dielectric(medium) => coated(Vec::new(), Vec::new(), medium, false)?,
-            Surface::Metal(medium) => coated(Vec::new(), Vec::new(), medium, true)?,
+            Surface::Dielectric(medium) => coated(Vec::new(), Vec::new(), medium, false, rough)?,
+            Surface::Metal(medium) => coated(Vec::new(), Vec::new(), medium, true, rough)?,
             Surface::Diffuse(reflectance) => {
-                all.diffuse.push(*reflectance);
-                Material::Diffuse { number: all.diffuse.len() - 1, is_black: *reflectance == [0.0; 3] }
+                let color = match (reflectance, scene.reflectance(object)) {
+                    (_, Some(ResolvedReflectance::Map(texture))) => DiffuseColor::Map(texture),
+                    (_, Some(ResolvedReflectance::Spectrum(table))) => DiffuseColor::Spectrum(table),
+                    (Reflectance::Rgb(rgb), None) => DiffuseColor::Rgb(*rgb),
+                    _ => unreachable!("a scene is resolved with its files"),
+                };
+                all.diffuse.push(color);
+                Material::Diffuse {
+                    number: all.diffuse.len() - 1,
+                    is_black: matches!(reflectance, Reflectance::Rgb([0.0, 0.0, 0.0])),
+                }
             }
             Surface::Emitter(emitter) => {
                 all.emitters.push((object, emitter));
@@ -444,9 +503,8 @@ fn spectra(
             .map(|(n, nm)| 4.0 * std::f64::consts::PI * n.im / nm * nm_per_unit * std::f64::consts::LOG2_E);
         attenuation.push(n.iter().any(|n| n.im > 0.0).then(|| blocks(per_unit)));
     }
-    let diffuse = materials.diffuse.iter().map(|rgb| {
-        blocks(nodes.wavelength_nm.iter().map(|&nm| rgb_basis(nm).iter().zip(rgb).map(|(f, v)| f * v).sum()))
-    });
+    let diffuse = materials.diffuse.iter().map(|color| blocks(nodes.wavelength_nm.iter().map(|&nm| color.at(nm))));
+    let basis = |channel: usize| blocks(nodes.wavelength_nm.iter().map(|&nm| rgb_basis(nm)[channel]));
     let lights = Lights::new(scene, nodes, &lit.around, &lit.emitters)?;
     let importance = lights.importance(&lit.places);
     Ok(Spectra {
@@ -457,6 +515,7 @@ fn spectra(
         media: media.list().iter().map(table).collect::<Result<_, _>>()?,
         attenuation,
         diffuse: diffuse.collect(),
+        rgb_basis: [basis(0), basis(1), basis(2)],
         bands: Bands::new(nodes, &importance),
         importance,
         lights,

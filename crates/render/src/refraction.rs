@@ -10,22 +10,22 @@ use crate::prepare::{LayerSurface, Material, Prepared};
 /// Most clear surfaces through which a film is looked for.
 const CLEAR_SURFACES: usize = 8;
 
-/// The index of the medium before a surface over that of the one beyond it.
+/// The index of the medium before a surface over that of the one beyond it, at a place among the nodes.
 #[inline(always)]
-pub fn ratio([outer, exit]: [&IndexTable; 2], node: usize) -> f64 {
-    outer.n_at(node) / exit.n_at(node)
+pub fn ratio([outer, exit]: [&IndexTable; 2], place: f64) -> f64 {
+    outer.n_at(place) / exit.n_at(place)
 }
 
-/// Snell's law at a node; `None` beyond the critical angle.
+/// Snell's law at a place among the nodes; `None` beyond the critical angle.
 #[inline(always)]
 pub fn refracted_direction(
     direction: Vec3,
     facing: Vec3,
     cos_theta: f64,
     media: [&IndexTable; 2],
-    node: usize,
+    place: f64,
 ) -> Option<Vec3> {
-    let ratio = ratio(media, node);
+    let ratio = ratio(media, place);
     let cosine2 = 1.0 - ratio * ratio * (1.0 - cos_theta * cos_theta).max(0.0);
     (cosine2 > 0.0).then(|| (direction * ratio + facing * (ratio * cos_theta - cosine2.sqrt())).normalized())
 }

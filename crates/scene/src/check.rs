@@ -167,11 +167,22 @@ impl Checker<'_> {
                     Err(SceneError::new(message).at(path, node.line))
                 }
             }),
-            Takes::Reflectance => {
+            Takes::Reflectance(kind) | Takes::Roughness(kind) if matches!(node.value, Value::Table(_)) => {
+                self.table(node, kind, path);
+                Ok(())
+            }
+            Takes::Reflectance(_) => {
                 let numbers = as_number(node).map(|grey| vec![grey]).or(as_numbers(node)).unwrap_or_default();
                 match matches!(numbers.len(), 1 | 3) && numbers.iter().all(|v| (0.0..=1.0).contains(v)) {
                     true => Ok(()),
                     false => Err(wrong(node, path, "a number from 0 to 1, or three of them (linear Rec.709)")),
+                }
+            }
+            Takes::Roughness(_) => {
+                let numbers = as_number(node).map(|both| vec![both]).or(as_numbers(node)).unwrap_or_default();
+                match matches!(numbers.len(), 1 | 2) && numbers.iter().all(|v| (0.0..=1.0).contains(v)) {
+                    true => Ok(()),
+                    false => Err(wrong(node, path, "a number from 0 to 1, two of them (along u and along v) or a map")),
                 }
             }
             Takes::Thickness(kind) => match &node.value {

@@ -119,6 +119,40 @@ pub struct Object {
     pub shape: Shape,
     /// What it is made of.
     pub surface: Surface,
+    /// How rough that is.
+    pub roughness: Roughness,
+}
+
+/// How rough a surface is: GGX with alpha = roughness^2.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Roughness {
+    /// The same all over it, 0 to 1: along u and along v. Smooth where both are 0.
+    Uniform([f64; 2]),
+    /// A grey map, laid over the shape by u and v.
+    Map {
+        /// The file.
+        file: MapFile,
+        /// What black means.
+        min: f64,
+        /// What white means.
+        max: f64,
+    },
+}
+
+impl Roughness {
+    /// A mirror.
+    pub const SMOOTH: Roughness = Roughness::Uniform([0.0; 2]);
+}
+
+/// What a matt surface reflects.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Reflectance {
+    /// Linear Rec.709, 0 to 1.
+    Rgb([f64; 3]),
+    /// A picture, laid over the shape by u and v.
+    Map(MapFile),
+    /// A table of wavelengths in nm and reflectances.
+    Spectrum(MapFile),
 }
 
 /// Geometry. The front of a surface is the side that its normal points to.
@@ -182,13 +216,25 @@ pub enum Surface {
     Dielectric(Medium),
     /// The bare surface of an opaque medium.
     Metal(Medium),
-    /// A matt surface (Lambert's law): linear Rec.709 reflectance, 0 to 1.
-    Diffuse([f64; 3]),
+    /// A matt surface (Lambert's law).
+    Diffuse(Reflectance),
     /// A surface that glows on both sides and reflects nothing.
     Emitter(Emitter),
 }
 
 impl Surface {
+    /// The key that a scene writes it under.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Surface::Film(_) => "film",
+            Surface::Coating(_) => "coating",
+            Surface::Dielectric(_) => "dielectric",
+            Surface::Metal(_) => "metal",
+            Surface::Diffuse(_) => "diffuse",
+            Surface::Emitter(_) => "emitter",
+        }
+    }
+
     /// Every medium of the surface, from outside inwards.
     pub fn media(&self) -> Vec<&Medium> {
         match self {

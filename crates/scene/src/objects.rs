@@ -22,9 +22,9 @@ pub fn object(node: &Node, number: usize, context: &Reading<'_>) -> Result<(Obje
     };
     let table = Table::new(node, &schema::OBJECT, format!("object.{name}"))?;
     let (shape, shape_tree) = shape(&table.node("shape")?, &table.path("shape"))?;
-    let (surface, surface_tree) = surface(&table.node("surface")?, &table.path("surface"), &shape, context)?;
+    let (surface, roughness, surface_tree) = surface(&table.node("surface")?, &table.path("surface"), &shape, context)?;
     let tree = Node::table([("name", Node::text(&name)), ("shape", shape_tree), ("surface", surface_tree)]);
-    Ok((Object { name, shape, surface }, tree))
+    Ok((Object { name, shape, surface, roughness }, tree))
 }
 
 /// What the object at `number` (from 0) is called where it has no name.

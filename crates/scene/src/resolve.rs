@@ -13,10 +13,11 @@ use crate::error::SceneError;
 use crate::field::ThicknessField;
 use crate::files::Maps;
 use crate::films::stored;
-use crate::model::{EnvironmentSource, Light, MapFile, Object, Scene, Sun, Surface, Thickness};
+use crate::model::{EnvironmentSource, Light, MapFile, Object, Reflectance, Roughness, Scene, Sun, Surface, Thickness};
 use crate::schema::MAX_THICKNESS_NM;
 use crate::sky::sky;
 use crate::studio::studio;
+use crate::texture::{ResolvedReflectance, Texture};
 use crate::thickness::too_thick;
 
 /// What has been read and has flowed: maps, and films where they stand. Scenes that are resolved with the same context
@@ -52,6 +53,15 @@ pub struct ResolvedScene {
     pub environments: Vec<ResolvedEnvironment>,
     /// The thicknesses of each object's layers.
     layers: Vec<Vec<ThicknessField>>,
+    /// What the files of each object's surface say.
+    files: Vec<SurfaceFiles>,
+}
+
+/// What the files of a surface say, where it has any.
+#[derive(Debug, Clone, Default)]
+struct SurfaceFiles {
+    roughness: Option<Texture>,
+    reflectance: Option<ResolvedReflectance>,
 }
 
 impl ResolvedScene {
@@ -59,6 +69,16 @@ impl ResolvedScene {
     /// other surfaces.
     pub fn layers(&self, object: usize) -> &[ThicknessField] {
         &self.layers[object]
+    }
+
+    /// The map of an object's roughness, if it has one.
+    pub fn roughness(&self, object: usize) -> Option<&Texture> {
+        self.files[object].roughness.as_ref()
+    }
+
+    /// What an object reflects, if a file tells.
+    pub fn reflectance(&self, object: usize) -> Option<&ResolvedReflectance> {
+        self.files[object].reflectance.as_ref()
     }
 }
 
@@ -131,7 +151,8 @@ pub fn resolve(scene: &Scene, context: &Context, watch: &Watch) -> Result<Resolv
     context.maps.next_question();
     let in_file = |error: SceneError| error.in_file(scene.origin.file.as_deref());
     let files = scene.objects.iter().flat_map(layers_of).filter(|layer| matches!(layer, Thickness::Map { .. })).count()
-        + scene.lights.iter().filter(|light| light_file(light).is_some()).count();
+        + scene.lights.iter().filter(|light| light_file(light).is_some()).count()
+        + scene.objects.iter().map(|object| surface_files(object).count()).sum::<usize>();
     if files > 0 {
         watch.begin("reading", files as u64);
     }
@@ -203,6 +224,10 @@ pub fn resolve(scene: &Scene, context: &Context, watch: &Watch) -> Result<Resolv
         }
         layers.push(fields);
     }
+    let mut files = Vec::new();
+    for object in &scene.objects {
+        files.push(read_surface_files(scene, object, context, watch)?);
+    }
     // After all that is quick: a map that cannot be used is told before anything flows.
     let flowed = context.films.fields(&flowing.wanted, watch).map_err(|(which, error)| {
         let (number, place) = flowing.places[which];
@@ -225,7 +250,59 @@ pub fn resolve(scene: &Scene, context: &Context, watch: &Watch) -> Result<Resolv
             return Err(in_file(SceneError::new(message).at(&key, scene.line_of(&key))).into());
         }
     }
-    Ok(ResolvedScene { recipe: scene.clone(), environments, layers })
+    Ok(ResolvedScene { recipe: scene.clone(), environments, layers, files })
+}
+
+/// What stands in files of an object's surface, thicknesses aside.
+fn surface_files(object: &Object) -> impl Iterator<Item = &MapFile> {
+    let roughness = match &object.roughness {
+        Roughness::Map { file, .. } => Some(file),
+        Roughness::Uniform(_) => None,
+    };
+    let reflectance = match &object.surface {
+        Surface::Diffuse(Reflectance::Map(file) | Reflectance::Spectrum(file)) => Some(file),
+        _ => None,
+    };
+    roughness.into_iter().chain(reflectance)
+}
+
+fn read_surface_files(
+    scene: &Scene,
+    object: &Object,
+    context: &Context,
+    watch: &Watch,
+) -> Result<SurfaceFiles, ResolveError> {
+    let mut files = SurfaceFiles::default();
+    let at = |error: SceneError, key: &str| {
+        let key = format!("object.{}.surface.{key}", object.name);
+        error.at(&key, scene.line_of(&key)).in_file(scene.origin.file.as_deref())
+    };
+    if let Roughness::Map { file, min, max } = &object.roughness {
+        let planes = context.maps.roughness(file, *min, *max, watch);
+        watch.check()?;
+        let kind = object.surface.kind();
+        let planes = planes.map_err(|e| at(e, &format!("{kind}.roughness.map")))?;
+        watch.add(1);
+        files.roughness = Some(Texture::new(planes, &object.shape));
+    }
+    match &object.surface {
+        Surface::Diffuse(Reflectance::Map(file)) => {
+            let planes = context.maps.reflectance(file, watch);
+            watch.check()?;
+            let planes = planes.map_err(|e| at(e, "diffuse.reflectance.map"))?;
+            watch.add(1);
+            files.reflectance = Some(ResolvedReflectance::Map(Texture::new(planes, &object.shape)));
+        }
+        Surface::Diffuse(Reflectance::Spectrum(file)) => {
+            let table = context.maps.spectrum(file, watch);
+            watch.check()?;
+            let table = table.map_err(|e| at(e, "diffuse.reflectance.spectrum"))?;
+            watch.add(1);
+            files.reflectance = Some(ResolvedReflectance::Spectrum(table));
+        }
+        _ => {}
+    }
+    Ok(files)
 }
 
 /// Films that have to flow, and where they lie: object and layer.

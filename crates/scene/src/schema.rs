@@ -100,8 +100,10 @@ pub enum Takes {
     File,
     /// Any text.
     Text,
-    /// A number or three of them, 0 to 1.
-    Reflectance,
+    /// A number or three of them, 0 to 1, or a table.
+    Reflectance(&'static Kind),
+    /// A number or two of them, 0 to 1, or a table.
+    Roughness(&'static Kind),
     /// A number (a thickness) or a table.
     Thickness(&'static Kind),
     /// A table.
@@ -153,6 +155,7 @@ impl Range {
 
 /// The thickness of one layer.
 pub const THICKNESS: Range = Range::new("a thickness in nm, from 0 to 1e7", 0.0, MAX_THICKNESS_NM);
+const SHARE: Range = Range::new("a number from 0 to 1", 0.0, 1.0);
 const LENGTH: Range = Range::new("a length > 0, from 1e-9 to 1e9", 1.0 / MAX_LENGTH, MAX_LENGTH);
 const RADIANCE: Range = Range::new("a radiance >= 0, at most 1e12", 0.0, MAX_RADIANCE);
 const IRRADIANCE: Range = Range::new("an irradiance >= 0, at most 1e12", 0.0, MAX_RADIANCE);
@@ -387,6 +390,14 @@ pub static SURFACE: Kind = Kind {
     )
 };
 
+const ROUGHNESS_KEY: Key = key(
+    "roughness",
+    Takes::Roughness(&ROUGHNESS),
+    "",
+    Default::Number(0.0),
+    "0 is a mirror; two numbers: along u and along v; facets are spread as GGX, alpha = roughness^2",
+);
+
 /// A free film.
 pub static FILM: Kind = kind(
     "film",
@@ -401,6 +412,7 @@ pub static FILM: Kind = kind(
             "a number or a model",
         ),
         key("outside", Takes::Medium, "", Default::Text("air"), "on both its sides"),
+        ROUGHNESS_KEY,
     ],
 );
 
@@ -417,6 +429,7 @@ pub static COATING: Kind = kind(
             "from outside inwards",
         ),
         key("substrate", Takes::Medium, "", Default::Needed, "fills the space behind"),
+        ROUGHNESS_KEY,
     ],
 );
 
@@ -434,18 +447,32 @@ pub static LAYER: Kind = kind(
 pub static DIELECTRIC: Kind = kind(
     "dielectric",
     "the bare surface of a transparent medium",
-    &[key("medium", Takes::Medium, "", Default::Text("N-BK7"), "")],
+    &[key("medium", Takes::Medium, "", Default::Text("N-BK7"), ""), ROUGHNESS_KEY],
 );
 
 /// A bare metal.
-pub static METAL: Kind =
-    kind("metal", "the bare surface of an opaque medium", &[key("medium", Takes::Medium, "", Default::Text("Al"), "")]);
+pub static METAL: Kind = kind(
+    "metal",
+    "the bare surface of an opaque medium",
+    &[key("medium", Takes::Medium, "", Default::Text("Al"), ""), ROUGHNESS_KEY],
+);
+
+/// A roughness that is no number.
+pub static ROUGHNESS: Kind = kind(
+    "roughness",
+    "a grey map, laid over the shape by u and v",
+    &[
+        key("map", Takes::File, "", Default::Needed, "PNG, TIFF, OpenEXR or NPY; its numbers as they stand, 0 to 1"),
+        key("min", Takes::Number(SHARE), "", Default::Number(0.0), "what 0 means"),
+        key("max", Takes::Number(SHARE), "", Default::Number(1.0), "what 1, the largest whole number, means"),
+    ],
+);
 
 /// A matt surface.
 pub static DIFFUSE: Kind = kind(
     "diffuse",
     "a matt surface",
-    &[key("reflectance", Takes::Reflectance, "", Default::Number(0.5), "a number or linear Rec.709")],
+    &[key("reflectance", Takes::Reflectance(&REFLECTANCE), "", Default::Number(0.5), "a number or linear Rec.709")],
 );
 
 const POLARIZED: Key = key(
@@ -456,6 +483,31 @@ const POLARIZED: Key = key(
     "makes it linearly polarised: from the world's y as the ray sees it (-z for vertical rays), anticlockwise for who looks the way the light goes",
 );
 const LAMP: Key = key("illuminant", Takes::Illuminant, "", Default::Text("D65"), "its spectrum");
+/// A reflectance that is no number.
+pub static REFLECTANCE: Kind = Kind {
+    alternatives: &[&["map"], &["spectrum"]],
+    ..kind(
+        "reflectance",
+        "one of",
+        &[
+            key(
+                "map",
+                Takes::File,
+                "",
+                Default::Alternative,
+                "a picture laid over the shape by u and v: PNG and JPEG by their colour profile or as sRGB; OpenEXR, HDR and \
+                 TIFF of 16 bits linear Rec.709",
+            ),
+            key(
+                "spectrum",
+                Takes::File,
+                "",
+                Default::Alternative,
+                "a CSV file of nm and reflectance; beyond its ends the last value holds",
+            ),
+        ],
+    )
+};
 
 /// An emitter.
 pub static EMITTER: Kind = kind(
@@ -733,7 +785,7 @@ pub static ENVIRONMENT: Kind = Kind {
 };
 
 /// Every kind, in the order of the docs.
-pub static KINDS: [&Kind; 30] = [
+pub static KINDS: [&Kind; 32] = [
     &SCENE,
     &CAMERA,
     &RENDER,
@@ -750,7 +802,9 @@ pub static KINDS: [&Kind; 30] = [
     &LAYER,
     &DIELECTRIC,
     &METAL,
+    &ROUGHNESS,
     &DIFFUSE,
+    &REFLECTANCE,
     &EMITTER,
     &THICKNESS_MODEL,
     &GRADIENT,

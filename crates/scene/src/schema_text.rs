@@ -105,8 +105,13 @@ fn takes(takes: Takes) -> Value {
             json!({ "anyOf": [text, index, pair] })
         }
         Takes::Illuminant | Takes::File | Takes::Text => text,
-        Takes::Reflectance => {
-            json!({ "anyOf": [share, { "type": "array", "items": share, "minItems": 3, "maxItems": 3 }] })
+        Takes::Reflectance(kind) => {
+            let rgb = json!({ "type": "array", "items": share, "minItems": 3, "maxItems": 3 });
+            json!({ "anyOf": [share, rgb, { "$ref": reference(kind) }] })
+        }
+        Takes::Roughness(kind) => {
+            let pair = json!({ "type": "array", "items": share, "minItems": 2, "maxItems": 2 });
+            json!({ "anyOf": [share, pair, { "$ref": reference(kind) }] })
         }
         Takes::Thickness(kind) => json!({ "anyOf": [number(THICKNESS), { "$ref": reference(kind) }] }),
         Takes::Table(kind) => json!({ "$ref": reference(kind) }),
@@ -169,7 +174,8 @@ fn allowed(key: &Key) -> String {
         Takes::Illuminant => "an illuminant: a name or a CSV file".to_owned(),
         Takes::File => "a file".to_owned(),
         Takes::Text => "a text".to_owned(),
-        Takes::Reflectance => "a number from 0 to 1, or three".to_owned(),
+        Takes::Reflectance(kind) => format!("a number from 0 to 1, or three, or a table `{}`", kind.name),
+        Takes::Roughness(kind) => format!("a number from 0 to 1, or two, or a table `{}`", kind.name),
         Takes::Thickness(kind) => format!("{}, or a table `{}`", THICKNESS.words, kind.name),
         Takes::Table(kind) => format!("a table `{}`", kind.name),
         Takes::List(kind, 0, most) => format!("at most {most} tables `{}`", kind.name),

@@ -60,6 +60,17 @@ impl Shape {
     pub fn uv(&self, point: [f64; 3]) -> [f64; 2] {
         Chart::new(self).uv(point)
     }
+
+    /// The direction in which u grows at a point of the shape, of any length; none at the poles of a sphere.
+    ///
+    /// ```
+    /// use iridesce_scene::Shape;
+    /// let sphere = Shape::Sphere { center: [0.0; 3], radius: 2.0 };
+    /// assert_eq!(sphere.along_u([0.0, 0.0, 2.0]), [2.0, 0.0, -0.0]);
+    /// ```
+    pub fn along_u(&self, point: [f64; 3]) -> [f64; 3] {
+        Chart::new(self).along_u(point)
+    }
 }
 
 /// How u and v run over a shape.
@@ -116,6 +127,17 @@ impl Chart {
                 let way = difference(point, center);
                 [0.5 + dot(way, across), 0.5 + dot(way, up)]
             }
+        }
+    }
+
+    /// The direction in which u grows at a point, of any length.
+    pub fn along_u(&self, point: [f64; 3]) -> [f64; 3] {
+        match *self {
+            Chart::Globe { center } => {
+                let [x, _, z] = difference(point, center);
+                [z, 0.0, -x]
+            }
+            Chart::Flat { across, .. } => across,
         }
     }
 

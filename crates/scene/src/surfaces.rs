@@ -2,34 +2,65 @@
 
 use crate::context::Reading;
 use crate::error::SceneError;
+use crate::files::map_file;
 use crate::lights::illuminant;
 use crate::medium::medium;
-use crate::model::{Coating, CoatingLayer, Emitter, Film, Shape, Surface, Thickness};
+use crate::model::{Coating, CoatingLayer, Emitter, Film, Reflectance, Roughness, Shape, Surface, Thickness};
 use crate::reader::{Table, as_number, as_numbers};
 use crate::schema::{self, Kind, MAX_THICKNESS_NM};
 use crate::thickness::{most_nm, thickness};
 use crate::tree::{Node, Value};
 
-/// A surface on a shape, and its tree with every default.
-pub fn surface(node: &Node, path: &str, shape: &Shape, context: &Reading<'_>) -> Result<(Surface, Node), SceneError> {
+/// A surface on a shape, how rough it is, and its tree with every default.
+pub fn surface(
+    node: &Node,
+    path: &str,
+    shape: &Shape,
+    context: &Reading<'_>,
+) -> Result<(Surface, Roughness, Node), SceneError> {
     let table = Table::new(node, &schema::SURFACE, path)?;
     let (kind, inner) = table.choice()?;
     let path = table.path(kind);
-    let (surface, tree) = match kind {
-        "film" => film(inner, path, shape, context)?,
-        "coating" => coating(inner, path, shape, context)?,
+    let (spec, (surface, mut tree)) = match kind {
+        "film" => (&schema::FILM, film(inner, path.clone(), shape, context)?),
+        "coating" => (&schema::COATING, coating(inner, path.clone(), shape, context)?),
         "dielectric" => {
-            let (medium, tree) = bare(inner, path, &schema::DIELECTRIC)?;
-            (Surface::Dielectric(medium), tree)
+            let (medium, tree) = bare(inner, path.clone(), &schema::DIELECTRIC)?;
+            (&schema::DIELECTRIC, (Surface::Dielectric(medium), tree))
         }
         "metal" => {
-            let (medium, tree) = bare(inner, path, &schema::METAL)?;
-            (Surface::Metal(medium), tree)
+            let (medium, tree) = bare(inner, path.clone(), &schema::METAL)?;
+            (&schema::METAL, (Surface::Metal(medium), tree))
         }
-        "diffuse" => diffuse(inner, path)?,
-        _ => emitter(inner, path, context)?,
+        "diffuse" => (&schema::DIFFUSE, diffuse(inner, path.clone(), context)?),
+        _ => (&schema::EMITTER, emitter(inner, path.clone(), context)?),
     };
-    Ok((surface, Node::table([(kind, tree)])))
+    let given = Table::new(inner, spec, path)?;
+    let mut roughness = Roughness::SMOOTH;
+    // A smooth surface is not said to be so unless it was.
+    if given.get("roughness").is_some() {
+        let (read, node) = rough(&given, context)?;
+        roughness = read;
+        if let Value::Table(entries) = &mut tree.value {
+            entries.push(("roughness".to_owned(), node));
+        }
+    }
+    Ok((surface, roughness, Node::table([(kind, tree)])))
+}
+
+fn rough(surface: &Table<'_>, context: &Reading<'_>) -> Result<(Roughness, Node), SceneError> {
+    let given = surface.node("roughness")?;
+    match as_number(&given).map(|both| vec![both]).or(as_numbers(&given)).as_deref() {
+        Some(&[both]) => return Ok((Roughness::Uniform([both; 2]), given.without_lines())),
+        Some(&[u, v]) => return Ok((Roughness::Uniform([u, v]), given.without_lines())),
+        _ => {}
+    }
+    let table = Table::new(&given, &schema::ROUGHNESS, surface.path("roughness"))?;
+    let name = table.text("map")?;
+    let (min, max) = (table.number("min")?, table.number("max")?);
+    let file = map_file(context.origin, name).map_err(|e| e.at(table.path("map"), table.line("map")))?;
+    let tree = Node::table([("map", Node::text(name)), ("min", Node::number(min)), ("max", Node::number(max))]);
+    Ok((Roughness::Map { file, min, max }, tree))
 }
 
 /// The medium of a key.
@@ -79,14 +110,22 @@ fn bare(node: &Node, path: String, kind: &'static Kind) -> Result<(iridesce_opti
     Ok((medium, Node::table([("medium", tree)])))
 }
 
-fn diffuse(node: &Node, path: String) -> Result<(Surface, Node), SceneError> {
-    let given = Table::new(node, &schema::DIFFUSE, path)?.node("reflectance")?;
-    let rgb = match as_numbers(&given).as_deref() {
-        Some(&[grey]) => [grey; 3],
-        Some(&[r, g, b]) => [r, g, b],
-        _ => [as_number(&given).unwrap_or_default(); 3],
+fn diffuse(node: &Node, path: String, context: &Reading<'_>) -> Result<(Surface, Node), SceneError> {
+    let surface = Table::new(node, &schema::DIFFUSE, path)?;
+    let given = surface.node("reflectance")?;
+    let (reflectance, tree) = match as_numbers(&given).or(as_number(&given).map(|grey| vec![grey])).as_deref() {
+        Some(&[grey]) => (Reflectance::Rgb([grey; 3]), given.without_lines()),
+        Some(&[r, g, b]) => (Reflectance::Rgb([r, g, b]), given.without_lines()),
+        _ => {
+            let table = Table::new(&given, &schema::REFLECTANCE, surface.path("reflectance"))?;
+            let (kind, _) = table.choice()?;
+            let name = table.text(kind)?;
+            let file = map_file(context.origin, name).map_err(|e| e.at(table.path(kind), table.line(kind)))?;
+            let tree = Node::table([(kind, Node::text(name))]);
+            (if kind == "map" { Reflectance::Map(file) } else { Reflectance::Spectrum(file) }, tree)
+        }
     };
-    Ok((Surface::Diffuse(rgb), Node::table([("reflectance", given.without_lines())])))
+    Ok((Surface::Diffuse(reflectance), Node::table([("reflectance", tree)])))
 }
 
 fn emitter(node: &Node, path: String, context: &Reading<'_>) -> Result<(Surface, Node), SceneError> {

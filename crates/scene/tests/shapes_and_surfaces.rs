@@ -5,8 +5,8 @@ use std::path::Path;
 
 use iridesce_numerics::Watch;
 use iridesce_scene::{
-    Context, EnvironmentSource, Light, Node, Origin, ResolvedSource, Scene, SceneError, Shape, Surface, Thickness,
-    ThicknessField, Value, resolve,
+    Context, EnvironmentSource, Light, Node, Origin, Reflectance, ResolvedSource, Scene, SceneError, Shape, Surface,
+    Thickness, ThicknessField, Value, resolve,
 };
 
 const LEAST: &str = "version = 1\n[camera]\n[[object]]\n[[light]]\nenvironment = { illuminant = \"D65\" }\n";
@@ -68,7 +68,7 @@ fn surfaces_have_their_stated_defaults() {
     let Surface::Metal(metal) = surface("{ metal = {} }").unwrap() else { panic!() };
     assert_eq!((glass.name(), metal.name()), ("N-BK7", "Al"));
     let diffuse = |text: &str| match surface(text).unwrap() {
-        Surface::Diffuse(rgb) => rgb,
+        Surface::Diffuse(Reflectance::Rgb(rgb)) => rgb,
         other => panic!("{other:?}"),
     };
     assert_eq!(diffuse("{ diffuse = {} }"), [0.5; 3]);

@@ -72,10 +72,20 @@ impl Tracer<'_> {
     #[inline(always)]
     fn reflect_diffusely<S: Simd>(&mut self, simd: S, path: &mut Path, number: usize) -> f32 {
         let mut luminance = f32x16::splat(simd, 0.0);
+        let rgb = self.scene.reflectance_maps[number].as_ref().map(|map| map.at(path.hit.point.to_array()));
+        let rgb = rgb.map(|rgb| rgb.map(|value| f32x16::splat(simd, value as f32)));
         for block in 0..self.blocks {
             let (s_at, p_at) = (self.at(path.slot, 0, block), self.at(path.slot, 1, block));
             let both = self.arena[s_at].load(simd) + self.arena[p_at].load(simd);
-            let out = both * self.spectra.diffuse[number][block].load(simd) * 0.5;
+            let reflectance = match rgb {
+                None => self.spectra.diffuse[number][block].load(simd),
+                Some([r, g, b]) => {
+                    let [red, green, blue] = &self.spectra.rgb_basis;
+                    let sum = blue[block].load(simd) * b;
+                    red[block].load(simd).mul_add(r, green[block].load(simd).mul_add(g, sum))
+                }
+            };
+            let out = both * reflectance * 0.5;
             self.arena[s_at].store(out);
             self.arena[p_at].store(out);
             luminance = self.spectra.importance[block].load(simd).mul_add(out + out, luminance);

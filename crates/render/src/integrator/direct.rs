@@ -80,7 +80,7 @@ impl Tracer<'_> {
             let (direction, density) = sampler.draw(choices.pair());
             let density = density + scatters.density(direction);
             let maps = Sampled { light: LightId::Maps, direction, distance: f64::INFINITY, density };
-            self.connect(simd, path, scatters, &maps, sums);
+            self.connect(simd, path, scatters, &maps, sums, choices);
         }
         if count <= FEW {
             for at in suns..count {
@@ -132,7 +132,7 @@ impl Tracer<'_> {
                 (seen.direction, picks / seen.irradiance)
             }
         };
-        self.connect(simd, path, scatters, &Sampled { light, direction, distance, density }, sums);
+        self.connect(simd, path, scatters, &Sampled { light, direction, distance, density }, sums, choices);
     }
 
     /// Adds the light that arrives from a direction over its density, if nothing but films stands before it.
@@ -144,6 +144,7 @@ impl Tracer<'_> {
         scatters: &impl Scatters,
         sampled: &Sampled,
         sums: &mut Sums<S>,
+        choices: &mut Choices,
     ) {
         let &Sampled { light, direction, distance, density } = sampled;
         if !(density > 0.0 && density < f64::INFINITY && scatters.density(direction) > 0.0) {
@@ -163,7 +164,7 @@ impl Tracer<'_> {
                 match next {
                     Some(film) if film.distance < left && self.is_film(&film) => {
                         left -= film.distance;
-                        if !self.pass_film(simd, &mut way, film, slot) {
+                        if !self.pass_film(simd, &mut way, film, slot, choices) {
                             break;
                         }
                     }
@@ -200,7 +201,7 @@ impl Tracer<'_> {
 
     /// Takes a path straight through a film; its spectra then stand in `slot`. False if the pixel cannot be finished.
     #[inline(always)]
-    fn pass_film<S: Simd>(&mut self, simd: S, way: &mut Path, next: Hit, slot: usize) -> bool {
+    fn pass_film<S: Simd>(&mut self, simd: S, way: &mut Path, next: Hit, slot: usize, choices: &mut Choices) -> bool {
         let Material::Film(film) = &self.scene.materials[next.object] else { return false };
         if way.medium.innermost() != film.outside {
             let (is_in, expected) = (way.medium.innermost(), film.outside);
@@ -217,6 +218,12 @@ impl Tracer<'_> {
             way.slot = slot;
         }
         way.hit = next;
+        if let Some(rough) = &film.rough {
+            return simd.vectorize(
+                #[inline(always)]
+                || self.pass_rough_film(simd, way, (film, rough), choices),
+            );
+        }
         self.rotate_stokes_frame(simd, way);
         let cos_theta = way.direction.dot(next.normal).abs().min(1.0) as f32;
         let to = [Target::Nowhere, Target::Slot(slot)];

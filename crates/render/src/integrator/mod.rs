@@ -16,6 +16,8 @@
 mod diffuse;
 mod direct;
 mod escape;
+mod rough;
+mod rough_film;
 mod roulette;
 mod specular;
 #[cfg(test)]
@@ -63,8 +65,8 @@ struct Path {
     in_plane: bool,
     /// It has met nothing that polarises since the camera or a diffuse surface.
     is_unpolarized: bool,
-    /// The band of wavelengths that it still carries, once a prism has parted them.
-    band: Option<u8>,
+    /// The place in the spectrum at which it goes on, once a prism has parted the wavelengths.
+    band: Option<f64>,
     /// Nothing but films has been passed, straight on, since it was scattered; where, stands by its slot.
     is_scattered: bool,
 }
@@ -133,13 +135,15 @@ pub struct Tracer<'a> {
     thicknesses: Vec<f32>,
     /// What is expected of the lights at the hit under work.
     expected: Vec<f64>,
+    /// Weights of the nodes at the place in the spectrum that was chosen at the hit under work.
+    thinned: Vec<Lanes>,
 }
 
 impl<'a> Tracer<'a> {
     pub fn new(scene: &'a Prepared, level: usize) -> Tracer<'a> {
         // Every hit leaves at most one more path waiting, and none after max_depth; a diffuse hit takes one while it samples
-        // the lights.
-        let slots = scene.max_depth as usize + 3;
+        // the lights, a rough one another for what its facets pass, and a rough film on the way to a light one more.
+        let slots = scene.max_depth as usize + 5;
         let spectra = &scene.levels[level];
         let blocks = spectra.importance.len();
         Tracer {
@@ -158,6 +162,7 @@ impl<'a> Tracer<'a> {
             scattered: vec![Scattered::default(); slots],
             thicknesses: Vec::new(),
             expected: Vec::new(),
+            thinned: Vec::new(),
         }
     }
 
@@ -246,8 +251,20 @@ impl<'a> Tracer<'a> {
         let scene = self.scene;
         self.attenuate(simd, path);
         match scene.materials.get(path.hit.object) {
-            Some(Material::Film(film)) => self.scatter_film(simd, path, film, sums, choices),
-            Some(Material::Coating(coating)) => self.scatter_coating(simd, path, coating, sums, choices),
+            Some(Material::Film(film)) => match &film.rough {
+                None => self.scatter_film(simd, path, film, sums, choices),
+                Some(rough) => simd.vectorize(
+                    #[inline(always)]
+                    || self.scatter_rough_film(simd, path, (film, rough), sums, choices),
+                ),
+            },
+            Some(Material::Coating(coating)) => match &coating.rough {
+                None => self.scatter_coating(simd, path, coating, sums, choices),
+                Some(rough) => simd.vectorize(
+                    #[inline(always)]
+                    || self.scatter_rough(simd, path, (coating, rough), sums, choices),
+                ),
+            },
             Some(Material::Diffuse { is_black: true, .. }) => false,
             Some(Material::Diffuse { number, .. }) => self.scatter_diffuse(simd, path, *number, sums, choices),
             Some(Material::Emitter(emitter)) => {

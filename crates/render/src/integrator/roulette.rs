@@ -19,7 +19,7 @@ const LONG_WALK: u32 = 100;
 pub(super) struct Onward {
     pub direction: Vec3,
     pub medium: MediumStack,
-    pub band: Option<u8>,
+    pub band: Option<f64>,
     pub is_scattered: bool,
 }
 
@@ -69,7 +69,7 @@ impl Tracer<'_> {
     }
 
     #[inline(always)]
-    fn follow_both<S: Simd>(
+    pub(super) fn follow_both<S: Simd>(
         &mut self,
         simd: S,
         path: &mut Path,
@@ -169,7 +169,7 @@ impl Tracer<'_> {
     }
 
     #[inline(always)]
-    fn scale<S: Simd>(&mut self, simd: S, path: &Path, factor: f32) {
+    pub(super) fn scale<S: Simd>(&mut self, simd: S, path: &Path, factor: f32) {
         let start = self.at(path.slot, 0, 0);
         let count = if path.in_plane { 2 } else { 4 } * self.blocks;
         for lanes in &mut self.arena[start..start + count] {

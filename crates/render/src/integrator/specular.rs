@@ -9,6 +9,8 @@ use super::{Continuation, Path, SAME_PLANE, Scattered, Sums, Target, Tracer};
 use crate::coating::{IndexTable, LayersAt, Sequence};
 use crate::failure::PathFailure;
 use crate::film::{Beam, Mueller, Response};
+use crate::geometry::Hit;
+use crate::medium_stack::MediumStack;
 use crate::prepare::{CoatedSurface, FilmSurface};
 use crate::refraction::{ratio, refracted_direction};
 use crate::sampler::Choices;
@@ -17,13 +19,23 @@ use crate::sampler::Choices;
 /// a pixel of any picture.
 const SAME_DIRECTION: f64 = 1e-4;
 
+/// The media of a coated or bare surface as a path comes to it.
+pub(super) struct Sides {
+    /// The stack of media beyond.
+    pub beyond: MediumStack,
+    /// The medium that light is refracted into, or ends in.
+    pub exit: u8,
+    /// The layers come in the other order.
+    pub is_reversed: bool,
+}
+
 /// The refracted branch of a hit.
-struct Refracted<'a> {
+struct Refracted {
     /// `None` beyond the critical angle.
     direction: Option<Vec3>,
-    band: Option<u8>,
-    /// What of the spectrum goes on, where a prism has parted it just here.
-    thinned: Option<&'a [Lanes]>,
+    band: Option<f64>,
+    /// Only a part of the spectrum goes on: [`Tracer::thinned`].
+    is_thinned: bool,
 }
 
 impl<'a> Tracer<'a> {
@@ -88,33 +100,8 @@ impl<'a> Tracer<'a> {
         let along = direction.dot(hit.normal);
         let is_from_front = along < 0.0;
         let outer = medium.innermost();
-        let beyond = if is_from_front {
-            let Some(deeper) = medium.entered(coating.substrate) else {
-                self.failure = Some(PathFailure::TooDeep { object: hit.object });
-                return false;
-            };
-            deeper
-        } else if outer == coating.substrate {
-            medium.left()
-        } else if coating.is_opaque {
-            // The back of a thin piece of metal: it looks like its front.
-            medium
-        } else {
-            self.failure =
-                Some(PathFailure::WrongMedium { object: hit.object, is_in: outer, expected: coating.substrate });
-            return false;
-        };
-        let is_metal_back = coating.is_opaque && !is_from_front;
-        let exit = if is_metal_back { coating.substrate } else { beyond.innermost() };
-
-        let mut path_nm = 0.0;
-        self.thicknesses.clear();
-        for layer in &coating.layers {
-            let thickness = layer.thickness_nm(hit.point);
-            path_nm += layer.path_nm(thickness);
-            self.thicknesses.push(thickness as f32);
-        }
-        if self.is_too_coarse(path_nm) {
+        let Some(Sides { beyond, exit, is_reversed }) = self.sides(path, coating) else { return false };
+        if !self.take_thicknesses(coating, &hit) {
             return false;
         }
         let cos_theta = along.abs().min(1.0);
@@ -124,7 +111,7 @@ impl<'a> Tracer<'a> {
         path.is_unpolarized = false;
 
         let mirror = direction - hit.normal * (2.0 * along);
-        let mut refracted = Refracted { direction: None, band: path.band, thinned: None };
+        let mut refracted = Refracted { direction: None, band: path.band, is_thinned: false };
         let (mut passed, mut expected) = (Continuation::Absorbed, 1.0);
         if !coating.is_opaque {
             let facing = if is_from_front { hit.normal } else { -hit.normal };
@@ -133,8 +120,8 @@ impl<'a> Tracer<'a> {
             if let Some(direction) = refracted.direction {
                 passed = self.continuation(&hit, direction, beyond, None);
             }
-            if refracted.thinned.is_some() {
-                // By where the middle of the spectrum goes, not the chosen band: the estimate must not hang on the choice.
+            if refracted.is_thinned {
+                // By where the middle of the spectrum goes, not the chosen place: the estimate must not hang on the choice.
                 expected = match refracted_direction(direction, facing, cos_theta, media, spectra.bands.middle) {
                     Some(middle) => self.expected_share(self.continuation(&hit, middle, beyond, None)),
                     None => 1.0,
@@ -145,56 +132,95 @@ impl<'a> Tracer<'a> {
         self.make_room(simd, 2);
         let passed_direction = refracted.direction.unwrap_or(direction);
         let to = self.targets(path, (mirrored, mirror), (passed, passed_direction, None));
-        let thinned = refracted.thinned.map(|weights| (weights, expected));
+        let (thicknesses, weights) = (std::mem::take(&mut self.thicknesses), std::mem::take(&mut self.thinned));
+        let thinned = refracted.is_thinned.then_some((&weights[..], expected));
 
-        let thicknesses = std::mem::take(&mut self.thicknesses);
         let tables = &spectra.coatings[coating.number];
         let sequence = Sequence {
             outer: &spectra.media[usize::from(outer)],
             layers: LayersAt { tables, thickness_nm: &thicknesses },
-            // The back of a metal is coated like its front.
-            is_reversed: !is_from_front && !is_metal_back,
+            is_reversed,
             exit: &spectra.media[usize::from(exit)],
             rate: &spectra.rate,
         };
         let (mirrored_y, passed_y) = self.split_coating(simd, path, &sequence, cos_theta as f32, to, thinned, sums);
-        self.thicknesses = thicknesses;
+        (self.thicknesses, self.thinned) = (thicknesses, weights);
 
         let onward = Onward { direction: passed_direction, medium: beyond, band: refracted.band, is_scattered: false };
         self.follow(simd, path, [mirrored, passed], to, mirror, &onward, [mirrored_y, passed_y], sums, choices)
     }
 
+    /// The media of a coated or bare surface as a path comes to it; `None` if the pixel cannot be finished.
+    #[inline(always)]
+    pub(super) fn sides(&mut self, path: &Path, coating: &CoatedSurface) -> Option<Sides> {
+        let Path { hit, direction, medium, .. } = *path;
+        let is_from_front = direction.dot(hit.normal) < 0.0;
+        let outer = medium.innermost();
+        let beyond = if is_from_front {
+            let Some(deeper) = medium.entered(coating.substrate) else {
+                self.failure = Some(PathFailure::TooDeep { object: hit.object });
+                return None;
+            };
+            deeper
+        } else if outer == coating.substrate {
+            medium.left()
+        } else if coating.is_opaque {
+            // The back of a thin piece of metal: it looks like its front.
+            medium
+        } else {
+            self.failure =
+                Some(PathFailure::WrongMedium { object: hit.object, is_in: outer, expected: coating.substrate });
+            return None;
+        };
+        let is_metal_back = coating.is_opaque && !is_from_front;
+        let exit = if is_metal_back { coating.substrate } else { beyond.innermost() };
+        // The back of a metal is coated like its front.
+        Some(Sides { beyond, exit, is_reversed: !is_from_front && !is_metal_back })
+    }
+
+    /// The thicknesses of a coating's layers at a hit; false if their fringes are finer than the spectra resolve.
+    #[inline(always)]
+    pub(super) fn take_thicknesses(&mut self, coating: &CoatedSurface, hit: &Hit) -> bool {
+        let mut path_nm = 0.0;
+        self.thicknesses.clear();
+        for layer in &coating.layers {
+            let thickness = layer.thickness_nm(hit.point);
+            path_nm += layer.path_nm(thickness);
+            self.thicknesses.push(thickness as f32);
+        }
+        !self.is_too_coarse(path_nm)
+    }
+
     /// The direction beyond a surface. `facing` is its normal on the side of the path.
     #[inline(always)]
     fn refract(
-        &self,
+        &mut self,
         path: &Path,
         facing: Vec3,
         cos_theta: f64,
         media: [&IndexTable; 2],
         choices: &mut Choices,
-    ) -> Refracted<'a> {
+    ) -> Refracted {
         let bands = &self.spectra.bands;
-        let (mut band, mut thinned, mut node) = (path.band, None, bands.middle);
+        let (mut band, mut is_thinned) = (path.band, false);
         if band.is_none() && self.is_parted(cos_theta, media) {
-            let chosen = bands.choose(choices.pair().0);
-            band = Some(chosen as u8);
-            thinned = Some(&bands.band(chosen).weight[..]);
+            let chosen = bands.choose(choices.pair());
+            bands.weigh(chosen, &mut self.thinned);
+            (band, is_thinned) = (Some(chosen), true);
         }
-        if let Some(band) = band {
-            node = bands.band(usize::from(band)).middle;
-        }
-        let direction = refracted_direction(path.direction, facing, cos_theta, media, node);
+        let direction = refracted_direction(path.direction, facing, cos_theta, media, band.unwrap_or(bands.middle));
         if direction.is_none() {
             // A little may pass at other nodes than the one that tells the direction: it finds the mean light.
-            thinned = Some(&bands.none[..]);
+            self.thinned.clear();
+            self.thinned.resize(self.blocks, Lanes::ZERO);
+            is_thinned = true;
         }
-        Refracted { direction, band, thinned }
+        Refracted { direction, band, is_thinned }
     }
 
     /// Whether a surface parts the wavelengths of a path.
     #[inline(always)]
-    fn is_parted(&self, cos_theta: f64, media: [&IndexTable; 2]) -> bool {
+    pub(super) fn is_parted(&self, cos_theta: f64, media: [&IndexTable; 2]) -> bool {
         let bands = &self.spectra.bands;
         let sine2 = (1.0 - cos_theta * cos_theta).max(0.0);
         // Indices are smooth: their ratio at the ends of the spectrum tells how far the directions spread.
@@ -236,7 +262,13 @@ impl<'a> Tracer<'a> {
     /// Rotates the frame of the path's Stokes vector into the plane of incidence of the film it meets.
     #[inline(always)]
     pub(super) fn rotate_stokes_frame<S: Simd>(&mut self, simd: S, path: &mut Path) {
-        let across = path.hit.normal.cross(path.direction);
+        self.rotate_stokes_frame_to(simd, path, path.hit.normal);
+    }
+
+    /// The same for a surface, or a facet, of any normal.
+    #[inline(always)]
+    pub(super) fn rotate_stokes_frame_to<S: Simd>(&mut self, simd: S, path: &mut Path, normal: Vec3) {
+        let across = normal.cross(path.direction);
         let sine2 = across.length_squared();
         if sine2 < 1e-12 {
             // Near the normal s and p are alike and every plane is as good: keep the one at hand.

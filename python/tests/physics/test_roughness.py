@@ -1,0 +1,192 @@
+"""Rough surfaces: the white furnace from both sides, what a rough film passes, and a rough mirror against the sum over its
+normals.
+
+What is tested of the facets alone (normalisation, chi-square, reciprocity) stands in ``crates/render/src/microfacet.rs``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import iridesce as ir
+from physics.scenes import (
+    WHITE,
+    coating,
+    dielectric,
+    diffuse,
+    disk,
+    emitter,
+    film,
+    lit,
+    metal,
+    sphere,
+    view,
+)
+
+ROUGHNESSES: list[Any] = [0.1, 0.3, 0.6, 1.0, [0.2, 0.7]]
+#: A mirror that takes away 5e-6 of the light: R = ((1 - n)^2 + k^2) / ((1 + n)^2 + k^2).
+MIRROR = [2e-6, 1.0]
+
+
+def rough(surface: dict[str, Any], roughness: Any) -> dict[str, Any]:
+    ((kind, table),) = surface.items()
+    return {kind: {**table, "roughness": roughness}}
+
+
+def shot(camera: dict[str, Any], objects: list[Any], lights: list[Any], samples: int = 16, seed: int = 1) -> Any:
+    """XYZ of every pixel."""
+    render = {"samples": samples, "seed": seed}
+    return ir.render({"version": 1, "camera": camera, "render": render, "object": objects, "light": lights}).xyz
+
+
+def mean_and_error(values: Any) -> tuple[float, float]:
+    return float(values.mean()), float(values.std() / np.sqrt(values.size))
+
+
+SURFACES = {
+    "film": film(1.33, 430.0),
+    "coating": coating([(2.3, 60.0), (1.38, 95.0)], 1.5),
+    "dielectric": dielectric(1.5),
+    "metal": metal(MIRROR),
+}
+
+
+# ---- white furnace ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("roughness", ROUGHNESSES, ids=str)
+@pytest.mark.parametrize("kind", SURFACES)
+@pytest.mark.parametrize("side", ["outside", "inside"])
+def test_furnace(kind, roughness, side):
+    """Nothing is taken away, so nothing is seen: from outside over all angles, limb included, and from within."""
+    surface = rough(SURFACES[kind], roughness)
+    ball = sphere([0.0] * 3, 1.0, surface)
+    if side == "outside":
+        camera, objects = view([0.0, 0.0, 4.0], [0.0] * 3, (24, 24), orthographic_height=2.0), [ball]
+    elif kind == "metal":
+        # From within nothing would ever be seen: the back of a thin piece of it.
+        camera, objects = (
+            view([0.0, 2.0, 4.0], [0.0] * 3, (24, 24), fov_deg=20.0),
+            [disk([0.0] * 3, [0, 0, -1], 2.0, surface)],
+        )
+    else:
+        camera, objects = view([0.1, 0.2, 0.3], [1.0, 0.0, 0.0], (24, 24), fov_deg=90.0), [ball]
+    lights = [WHITE]
+    white = shot(camera, objects, lights)
+    assert np.isfinite(white).all()
+    mean, error = mean_and_error(white[..., 1])
+    # Where a walk chooses between mirrored and refracted light, Y hangs on the choice only where the odds are clamped.
+    assert error < 1e-3 and abs(mean - 1.0) < 1e-3, (mean, error)
+    # Colours do: they are white within their noise.
+    for channel, wanted in ((0, 0.95047), (2, 1.08883)):
+        mean, error = mean_and_error(white[..., channel])
+        assert abs(mean - wanted) < 4.5 * error + 1e-4, (channel, mean, error)
+
+
+# ---- what a rough film passes -----------------------------------------------------------------------------------------
+
+
+def seen_normals(alpha: float, towards: Any, count: int = 400) -> tuple[Any, Any]:
+    """Normals and their shares among those seen from a direction, by quadrature over stretched slopes (GGX)."""
+    t = (np.arange(count) + 0.5) / count
+    phi = (np.arange(count) + 0.5) / count * 2 * np.pi
+    t, phi = (grid.ravel() for grid in np.meshgrid(t, phi))
+    slope = alpha * np.sqrt(1 / t**2 - 1)
+    h = np.stack([slope * np.cos(phi), slope * np.sin(phi), np.ones_like(t)], axis=-1)
+    cos = 1 / np.linalg.norm(h, axis=-1)
+    h *= cos[:, None]
+    # D cos dOmega = 2 t dt dphi / (2 pi); seen: max(w . h, 0) D / sigma.
+    weight = 2 * t * np.maximum(h @ np.asarray(towards), 0.0) / cos
+    return h, weight / weight.sum()
+
+
+@pytest.mark.parametrize("angle_deg", [0.0, 40.0])
+@pytest.mark.parametrize("seen_by", ["camera", "floor"])
+def test_a_rough_film_passes_the_mean_over_the_facets_seen(angle_deg, seen_by):
+    """A lamp straight behind a film of roughness 0.3: what a second facet passes is less than 2e-3 of it here.
+
+    The camera comes through the film to the lamp; or it sees a matt floor that the lamp lights through it.
+    """
+    index, thickness_nm, roughness = 1.5, 380.0, 0.3
+    angle = np.radians(angle_deg)
+    towards = np.array([np.sin(angle), 0.0, np.cos(angle)])
+    h, share = seen_normals(roughness**2, towards)
+    angles = np.degrees(np.arccos(np.clip(h @ towards, 0, 1)))
+    grid = np.linspace(0.0, 89.9, 300)
+    stack = ir.Stack(["air", ir.Layer(index, thickness_nm), "air"])
+    y = np.array([stack.color(angle_deg=float(a), quantity="transmittance")[1] for a in grid])
+    expected = float(np.interp(angles, grid, y) @ share)
+    sheet = disk([0.0] * 3, [0, 0, 1], 3.0, rough(film(index, thickness_nm), roughness))
+    lamp = disk(list(-40.0 * towards), list(towards), 0.5, emitter(1.0))
+    dark = [lit("D65", 0.0)]
+    if seen_by == "camera":
+        camera = view(list(5.0 * towards), [0.0] * 3, (16, 16), orthographic_height=0.2)
+        seen = shot(camera, [sheet, lamp], dark, 64)[..., 1]
+    else:
+        # The floor faces the lamp, 6 in front of the film; the camera looks at it from between them.
+        side = np.array([0.0, 1.0, 0.0])
+        floor = disk(list(6.0 * towards), list(-towards), 0.5, diffuse(0.8))
+        camera = view(list(5.5 * towards + 0.7 * side), list(6.0 * towards), (16, 16), orthographic_height=0.01)
+        bare = shot(camera, [floor, lamp], dark, 64)[..., 1].mean()
+        seen = shot(camera, [floor, sheet, lamp], dark, 64)[..., 1] / bare
+    mean, error = mean_and_error(seen)
+    assert mean == pytest.approx(expected, abs=4 * error + 2e-3), (mean, error, expected)
+
+
+# ---- against another renderer -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("alpha", [0.04, 0.1])
+def test_a_rough_metal_is_that_of_mitsuba(alpha):
+    """A ball of n + ik = 0.5 + 3i under a round lamp, against Mitsuba's ``roughconductor`` (GGX, unpolarised).
+
+    Mitsuba loses what a second facet would mirror: at these alphas less than 0.4 % of the light that is mirrored once.
+    """
+    mitsuba: Any = pytest.importorskip("mitsuba")
+    mitsuba.set_variant("scalar_rgb")
+    size, height = 24, 2.2
+    look = mitsuba.ScalarTransform4f().look_at(origin=[0, 0, 6], target=[0, 0, 0], up=[0, 1, 0])
+    peer = mitsuba.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": "path", "max_depth": 3},
+            "sensor": {
+                "type": "orthographic",
+                "to_world": look @ mitsuba.ScalarTransform4f().scale([height / 2, height / 2, 1]),
+                "film": {
+                    "type": "hdrfilm",
+                    "width": size,
+                    "height": size,
+                    "rfilter": {"type": "box"},
+                    "component_format": "float32",
+                },
+                "sampler": {"type": "independent", "sample_count": 512},
+            },
+            "ball": {
+                "type": "sphere",
+                "bsdf": {"type": "roughconductor", "distribution": "ggx", "alpha": alpha, "eta": 0.5, "k": 3.0},
+            },
+            "lamp": {
+                "type": "sphere",
+                "center": [0, 4, 3],
+                "radius": 1.0,
+                "emitter": {"type": "area", "radiance": 1.0},
+            },
+        }
+    )
+    theirs = np.array([np.array(mitsuba.render(peer, seed=seed))[..., 1] for seed in range(4)])
+    camera = view([0.0, 0.0, 6.0], [0.0] * 3, (size, size), orthographic_height=height)
+    objects = [
+        sphere([0.0] * 3, 1.0, rough(metal([0.5, 3.0]), float(np.sqrt(alpha)))),
+        sphere([0.0, 4.0, 3.0], 1.0, emitter(1.0)),
+    ]
+    ours = np.array([shot(camera, objects, [lit("D65", 0.0)], 256, seed)[..., 1] for seed in range(1, 5)])
+    # Left and right are alike; which way a picture runs does not matter then.
+    difference = (ours.mean(0) - theirs.mean(0)).sum() / theirs.mean(0).sum()
+    sums = [runs.sum((1, 2)) for runs in (ours, theirs)]
+    noise = np.sqrt(sum(runs.var(ddof=1) / runs.size for runs in sums)) / theirs.mean(0).sum()
+    assert noise < 0.02 and -4 * noise < difference < 4 * noise + 4e-3, (difference, noise)
