@@ -2,7 +2,7 @@
 
     python bench/sweeps.py [--kills 50]
 
-Overhead: wall time of `ir.sweep` a point, less that of the same calls in a plain loop (so: checks, the store, the index).
+Overhead: processor time of `ir.sweep` a point (which other work on the machine stretches least), less that of the same calls in a plain loop (so: checks, the store, the index).
 Efficiency: points a second of two worker processes over twice those of one, in turn, the median of three.
 """
 
@@ -37,6 +37,12 @@ def seconds(work: Callable[[], object]) -> float:
     return time.perf_counter() - began
 
 
+def processor_seconds(work: Callable[[], object]) -> float:
+    began = time.process_time()
+    work()
+    return time.process_time() - began
+
+
 def overhead(points: int) -> None:
     values = np.linspace(0.0, 1000.0, points).tolist()
     scene = ir.Scene.load("soap-bubble").with_value("camera.resolution", [64, 48]).with_value("render.samples", 1)
@@ -60,11 +66,11 @@ def measured(name: str, base: Any, vary: dict[str, Any], loop: Callable[[], obje
     rows: dict[str, list[float]] = {"loop": [], "memory": [], "store": [], "again": []}
     for _ in range(5):
         with tempfile.TemporaryDirectory() as folder:
-            rows["loop"].append(seconds(loop))
-            rows["memory"].append(seconds(lambda: ir.sweep(base, vary, threads=1)))
+            rows["loop"].append(processor_seconds(loop))
+            rows["memory"].append(processor_seconds(lambda: ir.sweep(base, vary, threads=1)))
             store = Path(folder) / "store"
-            rows["store"].append(seconds(functools.partial(ir.sweep, base, vary, threads=1, store=store)))
-            rows["again"].append(seconds(functools.partial(ir.sweep, base, vary, store=store)))
+            rows["store"].append(processor_seconds(functools.partial(ir.sweep, base, vary, threads=1, store=store)))
+            rows["again"].append(processor_seconds(functools.partial(ir.sweep, base, vary, store=store)))
     ms = {what: 1e3 * statistics.median(times) / count for what, times in rows.items()}
     print(f"{name}: loop {ms['loop']:.2f} ms a point; beyond it {ms['memory'] - ms['loop']:.2f} ms in memory,")
     print(f"    {ms['store'] - ms['loop']:.2f} ms into a store; a finished store is read at {ms['again']:.2f} ms")
