@@ -2,7 +2,8 @@
 
     python bench/sweeps.py [--kills 50]
 
-Overhead: processor time of `ir.sweep` a point (which other work on the machine stretches least), less that of the same calls in a plain loop (so: checks, the store, the index).
+Overhead: processor time of `ir.sweep` a point (which other work on the machine stretches least), less that of the same calls
+in a plain loop (so: checks, the store, the index).
 Efficiency: points a second of two worker processes over twice those of one, in turn, the median of three.
 """
 
