@@ -69,51 +69,51 @@ impl Tracer<'_> {
         choices: &mut Choices,
     ) {
         let lights = &self.spectra.lights;
-        let count = lights.count();
-        let suns = lights.suns.len();
-        if count <= FEW {
-            for at in 0..suns {
-                self.sample_light(simd, path, scatters, (lights.id(at), 1.0), sums, choices);
-            }
-        }
-        if let Some(sampler) = &lights.sampler {
-            let (direction, density) = sampler.draw(choices.pair());
-            let density = density + scatters.density(direction);
-            let maps = Sampled { light: LightId::Maps, direction, distance: f64::INFINITY, density };
-            self.connect(simd, path, scatters, &maps, sums, choices);
-        }
-        if count <= FEW {
-            for at in suns..count {
-                self.sample_light(simd, path, scatters, (lights.id(at), 1.0), sums, choices);
-            }
-            return;
-        }
+        let (count, suns) = (lights.count(), lights.suns.len());
+        let is_few = count <= FEW;
         let mut expected = std::mem::take(&mut self.expected);
-        lights.add_up_expected(path.hit.point, &mut expected);
-        // The picks are spread out: one random number for all of them.
-        let random = choices.pair().0;
-        for i in 0..PICKS {
-            let (at, picks) = pick(&expected, (random + i as f64) / PICKS as f64);
-            self.sample_light(simd, path, scatters, (lights.id(at), picks), sums, choices);
+        let mut random = 0.0;
+        if !is_few {
+            lights.add_up_expected(path.hit.point, &mut expected);
+            // The picks are spread out: one random number for all of them.
+            random = choices.pair().0;
+        }
+        // One loop for all kinds: what is in it is compiled in place, once.
+        for k in 0..1 + if is_few { count } else { PICKS } {
+            let (light, picks) = match is_few {
+                true if k < suns => (lights.id(k), 1.0),
+                true if k == suns => (LightId::Maps, 1.0),
+                true => (lights.id(k - 1), 1.0),
+                false if k == PICKS => (LightId::Maps, 1.0),
+                false => {
+                    let (at, picks) = pick(&expected, (random + k as f64) / PICKS as f64);
+                    (lights.id(at), picks)
+                }
+            };
+            if let Some(sampled) = self.sample_light(path.hit.point, scatters, light, picks, choices) {
+                self.connect(simd, path, scatters, &sampled, sums, choices);
+            }
         }
         self.expected = expected;
     }
 
     /// Samples a light that is sampled so many times on average.
     #[inline(always)]
-    fn sample_light<S: Simd>(
-        &mut self,
-        simd: S,
-        path: &Path,
+    fn sample_light(
+        &self,
+        from: Vec3,
         scatters: &impl Scatters,
-        (light, picks): (LightId, f64),
-        sums: &mut Sums<S>,
+        light: LightId,
+        picks: f64,
         choices: &mut Choices,
-    ) {
+    ) -> Option<Sampled> {
         let lights = &self.spectra.lights;
         let mut distance = f64::INFINITY;
         let (direction, density) = match light {
-            LightId::Maps => return,
+            LightId::Maps => {
+                let (direction, density) = lights.sampler.as_ref()?.draw(choices.pair());
+                (direction, density + scatters.density(direction))
+            }
             LightId::Sun(sun) => {
                 let disc = &lights.suns[sun];
                 let (direction, density) = cone_direction(disc.direction, disc.cos_radius, choices.pair());
@@ -122,17 +122,16 @@ impl Tracer<'_> {
             }
             LightId::Emitter(emitter) => {
                 let object = lights.area_lights[emitter].object;
-                let drawn = self.scene.geometry.draw(object, path.hit.point, choices.pair());
-                let Some((direction, density)) = drawn else { return };
+                let (direction, density) = self.scene.geometry.draw(object, from, choices.pair())?;
                 (direction, density * picks + scatters.density(direction))
             }
             LightId::Delta(delta) => {
-                let Some(seen) = lights.deltas[delta].source.seen(path.hit.point) else { return };
+                let seen = lights.deltas[delta].source.seen(from)?;
                 distance = seen.distance;
                 (seen.direction, picks / seen.irradiance)
             }
         };
-        self.connect(simd, path, scatters, &Sampled { light, direction, distance, density }, sums, choices);
+        Some(Sampled { light, direction, distance, density })
     }
 
     /// Adds the light that arrives from a direction over its density, if nothing but films stands before it.
