@@ -43,18 +43,32 @@ def test_json_and_tie_points(iridesce: Run, photo: Path) -> None:
     assert told["anchor"] == "tie point" and told["sure"] > 0.95 and told["calibration"]["camera"] == "srgb"
 
 
-def test_a_rig_is_calibrated_and_used(iridesce: Run, photo: Path, tmp_path: Path) -> None:
+def test_a_rig_is_calibrated_and_used(iridesce: Run, tmp_path: Path) -> None:
+    wavelength = np.arange(380.0, 781.0, 4.0)
+    weights = ir.color.camera("nikon-d5100").at(wavelength) * ir.color.illuminant("D65").power(wavelength)[:, None]
+    weights = weights / weights.sum(axis=0)
+
+    def seen(*media: str, nm: np.ndarray) -> np.ndarray:
+        film = ir.Stack([media[0], ir.Layer(media[1], nm[..., None]), media[2]])
+        light = film.reflectance(wavelength) @ weights
+        return 6.0 * light + np.random.default_rng(1).normal(0.0, 0.003, light.shape) + 0.03
+
     y, x = np.mgrid[0:120, 0:120]
     gap = np.asarray(ir.thickness.lens_gap(100.0).at_radius(np.hypot(x - 60.0, y - 58.0) * 8e-3))
-    rings = ir.Stack(["N-BK7", ir.Layer("air", gap), "N-BK7"]).color(space="linear-srgb")
-    np.save(tmp_path / "rings.npy", 4.0 * np.asarray(rings) + 0.02)
+    np.save(tmp_path / "rings.npy", seen("N-BK7", "air", "N-BK7", nm=gap))
+    nm = np.linspace(150.0, 550.0, 64) + 20.0 * np.sin(np.linspace(0.0, 3.0, 48))[:, None]
+    np.save(tmp_path / "film.npy", seen("air", "soap", "air", nm=nm))
     given = ("--stack", "N-BK7 / air ? / N-BK7", "--lens", "100", "--pixel", "8")
     finished = iridesce("calibrate", "rings.npy", *given, "-o", "rig.json", "--json")
     assert finished.returncode == 0, finished.stderr
-    assert json.loads(finished.stdout)["center"] == pytest.approx([60.0, 58.0], abs=0.1)
-    finished = iridesce("thickness", photo.name, "--stack", FILM, "--calibration", "rig.json", "--range", "0:900")
+    assert json.loads(finished.stdout)["center"] == pytest.approx([60.0, 58.0], abs=0.2)
+    finished = iridesce(
+        "thickness", "film.npy", "--stack", FILM, "--calibration", "rig.json", "--range", "0:900", "--json"
+    )
     assert finished.returncode == 0, finished.stderr
-    assert "sure of the order on 100 %" in finished.stdout
+    told = json.loads(finished.stdout)
+    assert told["sure"] > 0.97 and told["calibration"]["camera"] == "calibration"
+    np.testing.assert_allclose(told["thickness_nm"], np.percentile(nm, [5, 50, 95]), rtol=0.02)
 
 
 @pytest.mark.parametrize(
