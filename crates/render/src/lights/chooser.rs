@@ -5,7 +5,7 @@ use iridesce_numerics::Vec3;
 use crate::geometry::Shape;
 
 /// Most lights that are all sampled at every hit.
-pub const FEW: usize = 4;
+pub const FEW: usize = 8;
 
 /// So many of more lights are.
 pub const PICKS: usize = 2;
