@@ -347,7 +347,7 @@ mod tests {
             let bands = Bands::new(&nodes, &importance);
             let mut mean = vec![0.0; nodes.len()];
             let mut weights = Vec::new();
-            let (columns, rows) = (4000, 100);
+            let (columns, rows) = (20_000, 16);
             for i in 0..columns * rows {
                 let a = (f64::from(i / rows) + 0.5) / f64::from(columns);
                 let b = (f64::from(i % rows) + 0.5) / f64::from(rows);
@@ -359,7 +359,7 @@ mod tests {
                 }
             }
             for (i, value) in mean.iter().enumerate().take(uniform + lines.len()) {
-                // 4000 columns: the least chance, 0.25 / 98, holds ten of them.
+                // The least chance, 0.25 / 98, holds 50 columns.
                 assert!((value - 1.0).abs() < 0.06, "{uniform}, node {i}: {value}");
             }
             let all: f64 = mean.iter().take(uniform + lines.len()).sum();
