@@ -59,7 +59,6 @@ def test_the_channels_are_those_of_the_rig(rig: ir.CameraCalibration) -> None:
     np.testing.assert_allclose(rig.response.sum(axis=0), truth.sum(axis=0), rtol=0.02)
 
 
-@pytest.mark.xfail(strict=True, reason="a known fault: the exposure of this picture ends in a wrong minimum")
 def test_a_film_in_the_same_rig_has_the_right_scale(rig: ir.CameraCalibration) -> None:
     nm = draining()
     found = ir.map_thickness(seen(["air", 1.33, "air"], nm, 2), FILM, calibration=rig, thickness_range_nm=(0.0, 1200.0))
