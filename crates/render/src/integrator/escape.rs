@@ -59,7 +59,11 @@ impl Tracer<'_> {
     #[inline(always)]
     pub(super) fn make_room<S: Simd>(&mut self, simd: S, paths: usize) {
         if self.escaped.count + paths > LANES {
-            self.add_environment(simd);
+            // Once in sixteen paths: not worth being compiled in place, of which there are many.
+            simd.vectorize(
+                #[inline(always)]
+                || self.add_environment(simd),
+            );
         }
     }
 

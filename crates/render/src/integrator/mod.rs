@@ -250,6 +250,7 @@ impl<'a> Tracer<'a> {
     fn scatter<S: Simd>(&mut self, simd: S, path: &mut Path, sums: &mut Sums<S>, choices: &mut Choices) -> bool {
         let scene = self.scene;
         self.attenuate(simd, path);
+        // Calls through `vectorize` are functions of their own: in one piece the compiler takes minutes over them.
         match scene.materials.get(path.hit.object) {
             Some(Material::Film(film)) => match &film.rough {
                 None => self.scatter_film(simd, path, film, sums, choices),
@@ -259,7 +260,10 @@ impl<'a> Tracer<'a> {
                 ),
             },
             Some(Material::Coating(coating)) => match &coating.rough {
-                None => self.scatter_coating(simd, path, coating, sums, choices),
+                None => simd.vectorize(
+                    #[inline(always)]
+                    || self.scatter_coating(simd, path, coating, sums, choices),
+                ),
                 Some(rough) => simd.vectorize(
                     #[inline(always)]
                     || self.scatter_rough(simd, path, (coating, rough), sums, choices),
@@ -273,7 +277,10 @@ impl<'a> Tracer<'a> {
                 false
             }
             None => {
-                self.add_beyond(simd, path, sums);
+                simd.vectorize(
+                    #[inline(always)]
+                    || self.add_beyond(simd, path, sums),
+                );
                 false
             }
         }
