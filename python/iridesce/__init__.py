@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from iridesce._interrupts import kept_interrupts
 from iridesce._moved import keep_old_names
 
 if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines below
@@ -76,14 +77,15 @@ __all__ = sorted([*_HOME, *_MODULES])
 
 
 def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        value = getattr(importlib.import_module(f"iridesce.{_HOME[name]}"), name)
-    elif name in _MODULES:
-        value = importlib.import_module(f"iridesce.{name}")
-    elif name == "__version__":
-        value = importlib.import_module("iridesce._core").__version__
-    else:
+    if name not in _HOME and name not in _MODULES and name != "__version__":
         raise AttributeError(f"module 'iridesce' has no attribute {name!r}")
+    with kept_interrupts():
+        if name in _HOME:
+            value = getattr(importlib.import_module(f"iridesce.{_HOME[name]}"), name)
+        elif name in _MODULES:
+            value = importlib.import_module(f"iridesce.{name}")
+        else:
+            value = importlib.import_module("iridesce._core").__version__
     globals()[name] = value
     return value
 

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable
 from typing import Any, ParamSpec
 
+from iridesce._interrupts import kept_interrupts
 from iridesce.cli.exit_codes import DONE, FAILED, INTERRUPTED, exit_code, message
 
 # Letters of a message: a list of all known names fits, a file quoted by the kilobyte does not.
@@ -34,7 +35,8 @@ def answers_errors(verb: Callable[P, None]) -> Callable[P, None]:
 
         warnings.showwarning = _show_warning
         try:
-            verb(*args, **kwargs)
+            with kept_interrupts(answered=True):
+                verb(*args, **kwargs)
             sys.stdout.flush()
         except BrokenPipeError as error:
             sys.exit(lost(error))

@@ -192,3 +192,40 @@ while True:
         finished = subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=60, check=False)
         assert finished.returncode in (1, -signal.SIGINT), (step, finished.returncode, finished.stderr)
         assert "KeyboardInterrupt" in finished.stderr and "Panic" not in finished.stderr, (step, finished.stderr)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.parametrize(
+    "start",
+    [
+        ["-c", "import iridesce as ir; ir.Stack"],
+        ["-c", "from iridesce import color"],
+        ["-c", "from iridesce.cli.entry import main; main()", "color", "air / soap 320 / air"],
+    ],
+    ids=["name", "module", "verb"],
+)
+@pytest.mark.parametrize("pressed", [True, False])
+def test_ctrl_c_that_an_import_makes_an_error_of_is_a_keyboard_interrupt(
+    start: list[str], pressed: bool, tmp_path: Path
+) -> None:
+    # As numpy does where Ctrl-C comes during its look-up of `datetime`: whoever looks at the error alone cannot know.
+    raised = "signal.raise_signal(signal.SIGINT)" if pressed else "raise KeyError"
+    lines = f"""
+import signal
+try:
+    {raised}
+except (KeyboardInterrupt, KeyError):
+    raise ImportError("PyCapsule_Import could not import module 'datetime'") from None
+"""
+    (tmp_path / "numpy.py").write_text(lines)
+    paths = environment(PYTHONPATH=os.pathsep.join([str(tmp_path), environment()["PYTHONPATH"]]))
+    finished = subprocess.run(
+        [sys.executable, *start], env=paths, capture_output=True, text=True, timeout=60, check=False
+    )
+    last = finished.stderr.strip().splitlines()[-1]
+    if not pressed:
+        assert finished.returncode in (1, 3) and "could not import module 'datetime'" in last, finished.stderr
+    elif start[-1].startswith("air"):
+        assert finished.returncode == 130 and last.startswith("note: interrupted"), finished.stderr
+    else:
+        assert finished.returncode in (1, -signal.SIGINT) and last == "KeyboardInterrupt", finished.stderr
