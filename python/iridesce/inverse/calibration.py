@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -36,6 +37,10 @@ _SCALE_SD = 0.004
 # Contact gaps that are tried where the thickness is a model, nm, and with which roughness.
 _GAPS_NM = np.arange(-60.0, 61.0, 15.0)
 _GAP_ROUGH = 1e-4
+# Where weights >= 0 leave so many times what signed ones leave (or the noise), channels are mixed.
+_MIXED = 1.5
+# Normal matrix and right side to a solution.
+Solved = Callable[[Floats, Floats], Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +48,8 @@ class CameraCalibration:
     """What each channel of a rig sees, lamp included: effective spectra, relative to their common sum.
 
     wavelength_nm  of the response, nm                                                (n,)
-    response       weight of each wavelength in red, green and blue                   (n, 3)
+    response       weight of each wavelength in red, green and blue; negative in part where a colour matrix mixed the
+                   channels (sRGB)                                                    (n, 3)
     haze           light of each channel that is no film's, in units of a white surface
     misfit         root mean square of what the known film leaves, of its contrast
     gap_nm         what had to be added to the thickness that was given
@@ -88,8 +94,10 @@ class CameraCalibration:
     ) -> CameraCalibration:
         """Learns the response from a picture of a film of known thickness.
 
-        y_c(h) = sum q_c(l) R(l, h) + o_c with q_c >= 0 and smooth, as smooth as the noise allows (discrepancy principle). Bias of
-        the gap is fitted with it and is then not independent; slope, order and radius are.
+        y_c(h) = sum q_c(l) R(l, h) + o_c with q_c >= 0 and smooth, as smooth as the noise allows (discrepancy principle).
+        Channels that a colour matrix has mixed (sRGB of a developed or rendered picture) see some wavelengths with a negative
+        weight: where no q_c >= 0 explains what a signed one does, q_c is signed. Bias of the gap is fitted with it and is then
+        not independent; slope, order and radius are.
 
         image        as for `map_thickness`
         stack        with one unknown layer: "N-BK7 / air ? / N-BK7"
@@ -131,8 +139,11 @@ class CameraCalibration:
         usable &= np.isfinite(known)
         if not usable.any() or (known[usable] < 0.0).any():
             raise ValueError("thickness_nm must be >= 0, and known somewhere that is not masked")
-        gap = _contact_gap(problem, picture, known, usable) if place is not None else 0.0
+        gap = _contact_gap(problem, picture, known, usable, _not_negative) if place is not None else 0.0
         best = _fit(problem, picture, known + gap, usable)
+        if best.is_signed and place is not None:
+            gap = _contact_gap(problem, picture, known, usable, _signed)
+            best = _fit(problem, picture, known + gap, usable)
         if best.misfit > 0.25:
             raise ValueError(
                 f"the picture does not show this film: {100.0 * best.misfit:.0f} % of its contrast is left over "
@@ -216,11 +227,9 @@ class CameraCalibration:
         except (ValueError, KeyError, TypeError, IndexError, RecursionError, OverflowError):
             raise ValueError(f"{label}: is not the JSON of a camera calibration (CameraCalibration.save)") from None
         is_good = nm.ndim == 1 and nm.size >= 8 and response.shape == (nm.size, 3)
-        if not (
-            is_good and np.isfinite(response).all() and (response >= 0.0).all() and (response.sum(axis=0) > 0.0).all()
-        ):
+        if not (is_good and np.isfinite(response).all() and (response.sum(axis=0) > 0.0).all()):
             raise ValueError(
-                f"{label}: wavelength_nm and response must be n and n x 3 numbers >= 0, no channel without light"
+                f"{label}: wavelength_nm and response must be n and n x 3 numbers, the sum of each channel > 0"
             )
         if not ((np.diff(nm) > 0.0).all() and nm[0] >= 100.0 and nm[-1] <= 3000.0 and math.isfinite(misfit)):
             raise ValueError(f"{label}: wavelength_nm must ascend within 100 to 3000, and misfit be finite")
@@ -277,9 +286,12 @@ class _Fit:
     response: Floats
     haze: Floats
     misfit: float
+    is_signed: bool
 
 
-def _contact_gap(problem: Problem, picture: Picture, known: Floats, usable: npt.NDArray[np.bool_]) -> float:
+def _contact_gap(
+    problem: Problem, picture: Picture, known: Floats, usable: npt.NDArray[np.bool_], solved: Solved
+) -> float:
     """What is to be added to a model's thickness: the least of the misfit, by a parabola."""
 
     def left(gap: float) -> float:
@@ -287,7 +299,7 @@ def _contact_gap(problem: Problem, picture: Picture, known: Floats, usable: npt.
         columns = np.column_stack([_design(problem, thickness), np.ones(thickness.size)])
         size = float(np.trace(columns[:, :-1].T @ columns[:, :-1])) / _KNOTS.size
         normal = columns.T @ columns + _GAP_ROUGH * size * _roughness()
-        rest = [mean - columns @ _not_negative(normal, columns.T @ mean) for mean in means]
+        rest = [mean - columns @ solved(normal, columns.T @ mean) for mean in means]
         return float(sum(np.sum(one**2) / np.var(mean) for one, mean in zip(rest, means, strict=True)))
 
     lowest = float(known[usable].min())
@@ -339,15 +351,29 @@ def _profile(
 
 
 def _fit(problem: Problem, picture: Picture, known: Floats, usable: npt.NDArray[np.bool_]) -> _Fit:
-    """Smooth spectra that are not negative, from the means of all pixels of about one thickness."""
+    """Smooth spectra from the means of all pixels of about one thickness; not negative where such ones do."""
     thickness, means, sds = _profile(known, picture, usable)
     design = _design(problem, thickness)
-    found = [_smooth(design, mean, sd) for mean, sd in zip(means, sds, strict=True)]
+    found, signed = (
+        [_smooth(design, mean, sd, solved) for mean, sd in zip(means, sds, strict=True)]
+        for solved in (_not_negative, _signed)
+    )
+    is_signed = any(
+        np.std(one[2]) > _MIXED * max(float(np.std(other[2])), 1.05 * sd)
+        for one, other, sd in zip(found, signed, sds, strict=True)
+    )
+    if is_signed:
+        found = signed
     misfits = [
         float(np.sqrt(np.mean(left**2)) / max(float(np.std(mean)), 1e-30))
         for (_, _, left), mean in zip(found, means, strict=True)
     ]
-    return _Fit(np.stack([q for q, _, _ in found], axis=1), np.array([o for _, o, _ in found]), float(np.mean(misfits)))
+    return _Fit(
+        np.stack([q for q, _, _ in found], axis=1),
+        np.array([o for _, o, _ in found]),
+        float(np.mean(misfits)),
+        is_signed,
+    )
 
 
 def _design(problem: Problem, thickness: Floats) -> Floats:
@@ -358,8 +384,8 @@ def _design(problem: Problem, thickness: Floats) -> Floats:
     return np.asarray(spectra @ (hats / hats.sum(axis=0)))
 
 
-def _smooth(design: Floats, mean: Floats, sd: float) -> tuple[Floats, float, Floats]:
-    """The smoothest spectrum that leaves no more than the noise: q >= 0 and a constant."""
+def _smooth(design: Floats, mean: Floats, sd: float, solved: Solved) -> tuple[Floats, float, Floats]:
+    """The smoothest spectrum, and constant, that leave no more than the noise."""
     columns = np.column_stack([design, np.ones(mean.size)])
     normal, right = columns.T @ columns, columns.T @ mean
     size = float(np.trace(design.T @ design)) / _KNOTS.size
@@ -367,7 +393,7 @@ def _smooth(design: Floats, mean: Floats, sd: float) -> tuple[Floats, float, Flo
     best: tuple[Floats, Floats] | None = None
     floor = None
     for weight in _ROUGH:
-        q = _not_negative(normal + weight * size * rough, right)
+        q = solved(normal + weight * size * rough, right)
         left = mean - columns @ q
         size_left = float(np.sqrt(np.mean(left**2)))
         floor = size_left if floor is None else floor
@@ -377,6 +403,12 @@ def _smooth(design: Floats, mean: Floats, sd: float) -> tuple[Floats, float, Flo
             break
     assert best is not None
     return best[0][:-1], float(best[0][-1]), best[1]
+
+
+def _signed(normal: Floats, right: Floats) -> Floats:
+    """Least squares."""
+    ridge = 1e-12 * float(np.trace(normal)) / right.size
+    return np.asarray(np.linalg.solve(normal + ridge * np.eye(right.size), right))
 
 
 def _not_negative(normal: Floats, right: Floats) -> Floats:

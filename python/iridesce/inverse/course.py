@@ -40,6 +40,9 @@ _CLEAR = 0.95
 _TEACHING_FRINGES = 2.5
 _LEAST_TEACHERS = 5
 _PASS = 1 << 21
+# Steps towards the top of a candidate, each a third of the last: 8 nm to 0.1 pm.
+_TURNS = 16
+_LAMP_TURNS = 6
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,8 @@ class Course:
         self.on_grid = self.films(self.grid)
         self.mean = max(float(self.on_grid.mean()), 1e-9)
         self.tempered, self.learnt = 1.0, False
+        # Below this, noise is the rounding of the models.
+        self.least_sd = 1e-300
         if light.lamp is not None:
             self.lamp, self.bend = light.lamp, _KNOWN
         else:
@@ -177,55 +182,90 @@ class Course:
         sizes = [gain * self.mean * 10.0 ** (0.5 * power) for power in range(-4, 3)]
         none_cost = [self._costs(ones[0], y, size) for size in sizes]
         none_cost += [self._costs(one, y, gain) for one in ones[1:]]
-        best = np.minimum(cost.min(axis=1), np.min([one[0][:, 0] for one in none_cost], axis=0))
-        # The noise is understated by so much, at least: what the best explanation leaves.
-        kappa = np.maximum(1.0, np.sqrt(best / self.nm.size))
-        scale = 1.0 / (kappa**2 * self.tempered)
-        logs = -0.5 * cost * scale[:, None] - volume / self.tempered + np.log(self._prior(self.grid))
-        none = np.array([-0.5 * one[0][:, 0] * scale - one[1][0] / self.tempered for one in none_cost])
-        none = np.logaddexp.reduce(none, axis=0) - math.log(len(none_cost))
-        return self._refined(y, gain, logs, none, scale, kappa)
+        none_costs = np.array([one[0][:, 0] for one in none_cost])
+        found = self._refined(y, gain, cost, volume, none_costs.min(axis=0))
+        scale = 1.0 / (found.kappa**2 * self.tempered)
+        none = -0.5 * none_costs * scale - np.array([one[1][0] for one in none_cost])[:, None] / self.tempered
+        found.none = np.logaddexp.reduce(none, axis=0) - math.log(len(none_cost)) + math.log(PRIOR_NONE)
+        return found
 
     def _prior(self, h: Floats) -> Floats:
         return np.asarray(prior_density(h, *self.bounds))
 
-    def _refined(self, y: Floats, gain: float, logs: Floats, none: Floats, scale: Floats, kappa: Floats) -> Found:
-        padded = np.pad(logs, ((0, 0), (1, 1)), constant_values=-np.inf)
-        top = (logs >= padded[:, :-2]) & (logs > padded[:, 2:])
-        # A parabola through coarse points misses a sharp top by a share of its height.
-        top &= logs > logs.max(axis=1)[:, None] - np.maximum(_FAR, 0.02 * np.ptp(logs, axis=1))[:, None]
-        rows, places = np.nonzero(top)
-        order = np.lexsort((-logs[rows, places], rows))
-        rows, places = rows[order], places[order]
-        rank = np.arange(rows.size) - np.searchsorted(rows, rows)
-        rows, places = rows[rank < _MOST], places[rank < _MOST]
+    def _refined(self, y: Floats, gain: float, cost: Floats, volume: Floats, none: Floats) -> Found:
+        rows, places = self._minima(cost, none)
         h = self.grid[places]
-        width = np.full(h.size, self.grid[1] - self.grid[0])
+        first = float(self.grid[1] - self.grid[0])
+        width = np.full(h.size, first)
         low, high = self.bounds
-        at, curve = np.full(h.size, -np.inf), np.zeros(h.size)
-        for turn in range(4):
+        count, points = len(y), self.nm.size
+        curve = np.empty(0)
+        kappa = np.ones(count)
+        for turn in range(_TURNS):
             middle = np.clip(h, low + width, np.maximum(high - width, low + width))
-            three = np.stack([middle - width, middle, middle + width], axis=1)
-            values = self._values(rows, three, y, gain, scale)
-            below, at, above = values.T
+            costs, volumes = self._values(rows, np.stack([middle - width, middle, middle + width], axis=1), y, gain)
+            if turn == 2:
+                # Twice moved, each film is nearly as good as it can be: most are none.
+                kept = costs[:, 1] < self._most(rows, costs[:, 1], none)
+                rows, middle, width, costs, volumes = (
+                    rows[kept], middle[kept], width[kept], costs[kept], volumes[kept],
+                )  # fmt: skip
+            # The noise is understated by so much, at least: what the best explanation leaves, refined, not on the grid.
+            kappa = np.maximum(1.0, np.sqrt(_least(rows, costs[:, 1], none) / points))
+            scale = (1.0 / (kappa**2 * self.tempered))[rows]
+            below, at, above = (-0.5 * costs * scale[:, None] - volumes / self.tempered).T
             bend = 2.0 * at - below - above
             curve = np.where(bend > 0.0, bend, 0.0) / width**2
             move = np.where(bend > 1e-12, 0.5 * (above - below) / np.maximum(bend, 1e-12), np.sign(above - below))
-            h = np.clip(middle + width * np.clip(move, -1.0, 1.0), low, high)
+            move = np.clip(move, -1.0, 1.0)
+            h = np.clip(middle + width * move, low, high)
+            peak = at + 0.5 * curve * (h - middle) ** 2
             sd = np.where(curve > 0.0, 1.0 / np.sqrt(np.maximum(curve, 1e-300)), width)
-            width = np.minimum(np.maximum(sd, 1e-6), width * (0.35 if turn < 2 else 1.0))
-        peak = at + 0.5 * curve * (h - middle) ** 2
+            # Three points as far apart as the data leave open; on the way there a film's own noise is not yet seen.
+            if turn > 2 and bool(((sd > 0.8 * width) & (np.abs(h - middle) < 0.1 * sd)).all()):
+                break
+            # A top that lies outside the three is walked to with the same steps.
+            narrower = np.where((np.abs(move) < 0.5) & (turn < _TURNS - 2), 0.35 * width, width)
+            width = np.minimum(np.maximum(np.maximum(sd, narrower), 1e-6), first)
         sd = np.where(curve > 0.0, 1.0 / np.sqrt(np.maximum(curve, 1e-300)), high - low)
         sd = np.minimum(sd, high - low)
         mass = peak + 0.5 * math.log(2.0 * math.pi) + np.log(sd) + np.log(self._prior(h)) + math.log(PRIOR_FILM)
-        shape = (len(y), _MOST)
-        found = Found(
-            np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, -np.inf), none + math.log(PRIOR_NONE), kappa
-        )
+        shape = (count, _MOST)
+        found = Found(np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, -np.inf), np.zeros(count), kappa)
+        order = np.lexsort((-mass, rows))
+        rows, h, sd, mass = rows[order], h[order], sd[order], mass[order]
         rank = np.arange(rows.size) - np.searchsorted(rows, rows)
-        found.thickness_nm[rows, rank], found.sd_nm[rows, rank], found.log_mass[rows, rank] = h, sd, mass
+        within = rank < _MOST
+        rows, rank = rows[within], rank[within]
+        found.thickness_nm[rows, rank], found.sd_nm[rows, rank] = h[within], sd[within]
+        found.log_mass[rows, rank] = mass[within]
         self._one_of_each(found)
         return found
+
+    def _minima(self, cost: Floats, none: Floats) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+        """Spectrum and place of the minima of the grid that may be films, by what a parabola through three points leaves."""
+        padded = np.pad(cost, ((0, 0), (1, 1)), constant_values=np.inf)
+        before, after = padded[:, :-2], padded[:, 2:]
+        rows, places = np.nonzero((cost <= before) & (cost < after))
+        left, here, right = before[rows, places], cost[rows, places], after[rows, places]
+        bend = left + right - 2.0 * here
+        inner = np.isfinite(bend) & (bend > 0.0)
+        rise = np.where(inner, right - left, 0.0)
+        deep = here - rise * rise / np.where(inner, 8.0 * bend, 1.0)
+        # A parabola misses a sharp minimum by a share of its height.
+        slack = 0.02 * np.where(inner, np.fmax(left, right) - here, 0.0) + 0.01 * here
+        deep = np.maximum(deep - slack, 0.0)
+        order = np.lexsort((deep, rows))
+        rows, places, deep = rows[order], places[order], deep[order]
+        rank = np.arange(rows.size) - np.searchsorted(rows, rows)
+        kept = (rank < 2 * _MOST) & (deep <= self._most(rows, deep + 2.0 * slack[order], none))
+        return rows[kept], places[kept]
+
+    def _most(self, rows: npt.NDArray[np.intp], costs: Floats, none: Floats) -> Floats:
+        """What a film may leave of the spectrum of its row and still count."""
+        least = _least(rows, costs, none)
+        noise = np.maximum(1.0, least / self.nm.size) * self.tempered
+        return (least + 2.0 * _FAR * noise)[rows]
 
     def _one_of_each(self, found: Found) -> None:
         """Candidates that ran to the same top count once."""
@@ -235,9 +275,9 @@ class Course:
                 same = by < 3.0 * np.fmax(found.sd_nm[:, a], found.sd_nm[:, b])
                 found.log_mass[same, a] = -np.inf
 
-    def _values(self, rows: npt.NDArray[np.intp], h: Floats, y: Floats, gain: float, scale: Floats) -> Floats:
-        """Log likelihoods of some films for the spectrum of each row, (rows, films)."""
-        out = np.empty(h.shape)
+    def _values(self, rows: npt.NDArray[np.intp], h: Floats, y: Floats, gain: float) -> tuple[Floats, Floats]:
+        """What some films leave of the spectrum of each row, squared, and log det M / 2; (rows, films) each."""
+        left_over, volumes = np.empty(h.shape), np.empty(h.shape)
         step = max(1, _PASS // (2 * self.nm.size * h.shape[1] * (self.changes.shape[1] + 1)))
         for start in range(0, len(rows), step):
             part = slice(start, start + step)
@@ -251,10 +291,9 @@ class Course:
             right = (columns @ left[:, :, None])[:, :, 0]
             solved = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
             cost = (left * left).sum(axis=1) - (right * solved).sum(axis=1)
-            volume = 0.5 * np.linalg.slogdet(normal)[1]
-            scales = np.repeat(scale[rows[part]], h.shape[1])
-            out[part] = (-0.5 * cost * scales - volume / self.tempered).reshape(-1, h.shape[1])
-        return out
+            left_over[part] = np.maximum(cost, 0.0).reshape(-1, h.shape[1])
+            volumes[part] = 0.5 * np.linalg.slogdet(normal)[1].reshape(-1, h.shape[1])
+        return left_over, volumes
 
     # --- time
 
@@ -319,25 +358,57 @@ class Course:
         films, y = self.films(thickness_nm[use]), self.y[use]
         modes = self._columns(_LAMP if self.light.lamp is None else (_KNOWN[0], _LAMP[1]))[:, 1:]
         base = self.lamp if self.light.lamp is not None else self._lamp_of(films, y)
-        weight = 1.0 / self.sd**2
-        lamp = base
-        for _ in range(4):
-            gains, strays = self._linear(films, y, lamp)
-            # Known up to its size: that of the first lamp.
-            size = float(np.median(gains))
-            seen = gains[:, None] / size * films + strays[:, None] / size
-            target = y / size - seen * base
-            normal = np.eye(modes.shape[1])
-            square = ((seen * seen).sum(axis=0)) * base * base * weight * size * size
-            normal = normal + modes.T @ (square[:, None] * modes)
-            right = modes.T @ (base * weight * size * size * (seen * target).sum(axis=0))
-            lamp = base * (1.0 + modes @ np.linalg.solve(normal, right))
-            lamp = np.maximum(lamp, 1e-3 * float(lamp.max()))
+        lamp, films = self._with_films(base, modes, thickness_nm[use], y)
         self.lamp, self.bend, self.learnt = lamp, _LEARNT, True
         gains, strays = self._linear(films, y, lamp)
         left = (y - (gains[:, None] * films + strays[:, None]) * lamp) / self.sd
         self.tempered = float(np.median([temper(row) for row in left]))
         return True
+
+    def _with_films(self, base: Floats, modes: Floats, h: Floats, y: Floats) -> tuple[Floats, Floats]:
+        """The lamp, and the films as they are under it: the most probable of both together, by Gauss and Newton.
+
+        One after the other they would creep: what a wrong film leaves, the lamp takes, and that lamp keeps the film wrong. So
+        gain, stray light and thickness of each spectrum are eliminated where the lamp is solved for.
+        """
+        lamp, films = base, self.films(h)
+        low, high = self.bounds
+        # Steps of a derivative, and the longest of a film: it stays in its order.
+        step, reach = 1e-3 / float(self.rate.max()), 0.5 / float(self.rate.max())
+        whole = np.eye(modes.shape[1])
+        a = np.zeros(modes.shape[1])
+        for _ in range(_LAMP_TURNS):
+            gains, strays = self._linear(films, y, lamp)
+            slope = (self.films(h + step) - self.films(np.maximum(h - step, 0.0))) / (step + np.minimum(h, step))[
+                :, None
+            ]
+            light = lamp / self.sd
+            own = [films * light, gains[:, None] * slope * light]
+            if self.light.stray:
+                own.insert(1, np.broadcast_to(light, films.shape))
+            columns = np.stack(own, axis=2)
+            columns = columns / np.maximum(np.linalg.norm(columns, axis=1), 1e-300)[:, None, :]
+            base_of, factor = np.linalg.qr(columns)
+            seen = (gains[:, None] * films + strays[:, None]) * (base / self.sd)
+            left = y / self.sd - (gains[:, None] * films + strays[:, None]) * light
+            # D = seen * modes; what gain, stray light and thickness can do is taken out of it, and of what is left.
+            part = np.einsum("tnk,nm->tkm", base_of * seen[:, :, None], modes)
+            rest = left - np.einsum("tnk,tk->tn", base_of, np.einsum("tnk,tn->tk", base_of, left))
+            normal = (
+                whole + modes.T @ ((seen * seen).sum(axis=0)[:, None] * modes) - np.einsum("tkm,tkn->mn", part, part)
+            )
+            move = np.linalg.solve(normal, modes.T @ (seen * rest).sum(axis=0) - a)
+            a = a + move
+            lamp = base * (1.0 + modes @ a)
+            lamp = np.maximum(lamp, 1e-3 * float(lamp.max()))
+            # Each film then moves as what is left of it asks.
+            after = left - (modes @ move)[None, :] * seen
+            moved = np.linalg.solve(factor, np.einsum("tnk,tn->tk", base_of, after)[:, :, None])[:, -1, 0]
+            moved /= np.maximum(np.linalg.norm(own[-1], axis=1), 1e-300)
+            h = np.clip(h + np.clip(moved, -reach, reach), low, high)
+            films = self.films(h)
+        # Known up to its size: that of the first lamp.
+        return lamp, films
 
     def _lamp_of(self, films: Floats, y: Floats) -> Floats:
         """The smooth lamp under which these films look like these spectra."""
@@ -373,3 +444,10 @@ class Course:
         determinant = ff * (one + ridge) - f1 * f1
         gains = ((one + ridge) * fz - f1 * oz) / np.maximum(determinant, 1e-300)
         return gains, (oz - f1 * gains) / (one + ridge)
+
+
+def _least(rows: npt.NDArray[np.intp], costs: Floats, none: Floats) -> Floats:
+    """The least of each row's costs and of no film's."""
+    out = none.copy()
+    np.minimum.at(out, rows, costs)
+    return out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import os
 from dataclasses import dataclass, field
 from html import escape
@@ -74,27 +75,38 @@ class ThicknessResult:
         known = np.isfinite(self.thickness_nm)
         return float(np.mean(self.confidence[known] > SURE)) if known.any() else 0.0
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: str | os.PathLike[str], *, unknown_nm: float | None = None) -> None:
         """Pages of a TIFF, float32, in nm, which ImageJ opens as a stack: best, low, high, confidence, second candidate, its
-        weight; NaN where there is no answer.
+        weight.
 
         path       ends in .tif or .tiff
-        Raises     ValueError: another ending; OSError where it cannot be written
+        unknown_nm  what is written where there is no answer. None: NaN, which ImageJ leaves out of every mean, and which
+                   `ThicknessMap.load` refuses, as no scene can be made of it; a number: this thickness, with confidence and
+                   weight 0, so that every page can be loaded
+        Raises     ValueError: another ending, unknown_nm < 0 or not finite; OSError where it cannot be written
 
+        >>> import pathlib, tempfile
         >>> import numpy as np
         >>> import iridesce as ir
-        >>> found = ir.map_thickness(np.full((8, 8, 3), 0.05), "air / soap ? / air", camera="srgb", illuminant="D65")
-        >>> import tempfile, pathlib
+        >>> nm = np.linspace(150.0, 600.0, 64) + np.zeros((48, 1))
+        >>> photo = ir.Stack(["air", ir.Layer("soap", nm), "air"]).color(space="linear-srgb")
+        >>> mask = nm > 500.0
+        >>> found = ir.map_thickness(photo, "air / soap ? / air", camera="srgb", illuminant="D65", mask=mask)
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     found.save(pathlib.Path(folder, "map.tif"))
-        ...     ir.thickness.ThicknessMap.load(pathlib.Path(folder, "map.tif"), page=3).width
-        8
+        ...     found.save(pathlib.Path(folder, "map.tif"), unknown_nm=0.0)
+        ...     grid = ir.thickness.ThicknessMap.load(pathlib.Path(folder, "map.tif"), page=1)
+        >>> grid.width, float(grid.thickness_nm[mask].max()), bool(abs(grid.thickness_nm - nm)[~mask].max() < 10.0)
+        (64, 0.0, True)
         """
         from iridesce.files.whole import write_whole
 
         name = file_name(path, (".tif", ".tiff"))
-        second = np.stack([self.candidates_nm[..., 1], self.weights[..., 1]])
-        pages = [self.thickness_nm, self.low_nm, self.high_nm, self.confidence, *second]
+        pages = [self.thickness_nm, self.low_nm, self.high_nm, self.confidence]
+        pages += [self.candidates_nm[..., 1], self.weights[..., 1]]
+        if unknown_nm is not None:
+            thickness = np.float32(number("unknown_nm", unknown_nm, low=0.0, high=math.inf))
+            filled = (thickness, thickness, thickness, np.float32(0.0), thickness, np.float32(0.0))
+            pages = [np.where(np.isnan(page), value, page) for page, value in zip(pages, filled, strict=True)]
         write_whole(Path(name), _tiff(pages, _LABELS))
 
     def to_dict(self) -> dict[str, Any]:

@@ -318,6 +318,7 @@ def fit_series(
     used = np.flatnonzero(~empty)
     sd = np.maximum(sd, max(floor, 1e-300)) / scale
     course = Course(problem, nm, values[used] / scale, sd, light, bounds, line)
+    course.least_sd = max(floor, 1e-300) / scale
     belief, none, found = _asked(course, times[used], size is None, progress)
     if not course.learnt and gain is None:
         notes.append("the lamp could not be learnt: too few spectra with sure films of more than 2.5 fringes")
@@ -360,7 +361,7 @@ def _asked(
             if turn > 0 or not course.learn(best, sure, _LEAST_ALONE):
                 break
         if free_noise:
-            course.sd = np.maximum(local_noise(course.left(best, sure)), 1e-3 * course.sd)
+            course.sd = np.maximum(local_noise(course.left(best, sure)), course.least_sd)
     course.y = every
     belief, none, found = ask()
     if progress is not None:

@@ -127,3 +127,19 @@ def test_a_damaged_calibration_is_refused(rig: ir.CameraCalibration, tmp_path: P
         path.write_text(json.dumps({**tree, key: value}))
         with pytest.raises(ValueError, match=re.escape("rig.json")):
             ir.CameraCalibration.load(path)
+
+
+def test_channels_that_a_colour_matrix_mixed_are_signed(rig: ir.CameraCalibration, tmp_path: Path) -> None:
+    """sRGB sees some wavelengths with a negative weight; a raw picture's channels none."""
+    assert rig.response.min() >= 0.0
+    gap = np.linspace(0.0, 2500.0, 200) + np.zeros((20, 1))
+    shown = ir.Stack(["N-BK7", ir.Layer("air", gap), "N-BK7"]).color(space="linear-srgb")
+    mixed = ir.CameraCalibration.from_known(shown, GAP, gap)
+    assert mixed.misfit < 0.02 and mixed.response[:, 0].min() < -0.2 * mixed.response[:, 0].max()
+    mixed.save(tmp_path / "rig.json")
+    nm = draining()
+    picture = np.asarray(ir.Stack(["air", ir.Layer("soap", nm), "air"]).color(space="linear-srgb"))
+    picture = picture + 4e-4 * np.random.default_rng(4).normal(size=picture.shape)
+    found = ir.map_thickness(picture, FILM, calibration=tmp_path / "rig.json", thickness_range_nm=(0.0, 1200.0))
+    assert right(found, nm).mean() > 0.98
+    assert abs(np.nanmedian(found.thickness_nm / nm) - 1.0) < 0.005

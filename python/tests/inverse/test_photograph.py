@@ -335,6 +335,16 @@ def test_pages_of_the_tiff(tmp_path: Path) -> None:
     assert pages.dtype == np.float32
     np.testing.assert_array_equal(pages, np.stack(wanted))
     assert np.isnan(pages[:4, 0]).all()
+    # What has no answer is refused as a scene's map, unless a thickness is given for it.
+    with pytest.raises(ValueError, match="NaN at row 0"):
+        ir.thickness.ThicknessMap.load(tmp_path / "map.tif", page=1)
+    found.save(tmp_path / "filled.tif", unknown_nm=120.0)
+    grid = ir.thickness.ThicknessMap.load(tmp_path / "filled.tif", page=1).thickness_nm
+    assert (grid[0] == 120.0).all() and (grid[1:] == found.thickness_nm[1:]).all()
+    with tifffile.TiffFile(tmp_path / "filled.tif") as file:
+        assert (file.asarray()[3, 0] == 0.0).all()
+    with pytest.raises(ValueError, match="unknown_nm must be"):
+        found.save(tmp_path / "map.tif", unknown_nm=-1.0)
     with pytest.raises(ValueError, match=r"must end in \.tif or \.tiff"):
         found.save(tmp_path / "map.png")
 

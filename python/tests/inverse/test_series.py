@@ -100,6 +100,17 @@ def test_a_reference_makes_one_thin_film_enough() -> None:
     assert np.abs(series.thickness_nm - h).max() < 2.0 and set(series.verdict) == {"clear"}
 
 
+@pytest.mark.parametrize("gain", [1.0, None])
+def test_clean_spectra_are_clear_to_a_picometre(gain: float | None) -> None:
+    """Without noise whatever is left is the fit's own: coarse steps, or a lamp that took what a wrong film left."""
+    path = np.r_[np.linspace(900.0, 870.0, 6), np.linspace(1250.0, 1200.0, 6)]
+    clean = np.asarray(ir.Stack(["air", ir.Layer("soap", path[:, None]), "air"]).reflectance(NM))
+    series = fit(clean, gain=gain)
+    assert set(series.verdict) == {"clear"} and series.notes == ()
+    assert np.abs(series.thickness_nm - path).max() < 1e-3
+    assert np.abs(series.response - 1.0).max() < 1e-3
+
+
 @pytest.mark.parametrize("spectra", [np.zeros((6, NM.size)), np.full((6, NM.size), 7.0), np.full((6, NM.size), np.nan)])
 def test_empty_series_are_none(spectra: Floats) -> None:
     series = fit(spectra)
