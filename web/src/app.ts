@@ -9,7 +9,7 @@ import { learnPage } from "./learn/pages";
 import { placeMarks, scenePage } from "./parts/scene-page";
 import { paintSwatches } from "./parts/swatch";
 import { Stage } from "./stage";
-import { SCENES, type Scene, type State, type Value, apply, defaults, filled, inScene, keysOf, readLink, writeLink } from "./state/keys";
+import { KEYS, SCENES, type Scene, type State, type Value, apply, defaults, filled, inScene, keysOf, readLink, writeLink } from "./state/keys";
 import { openStack } from "./state/stack";
 import { TEXT } from "./text/strings";
 import { words } from "./text/words";
@@ -24,6 +24,9 @@ export interface Stats {
   /** Requests to other hosts. */
   external: number;
 }
+
+/** Whether motion is not wanted. */
+const calm = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 
 /** Longest wait for a picture that a script asked for, ms. */
 const PATIENCE_MS = 60_000;
@@ -70,7 +73,7 @@ export class App extends LitElement {
     const read = readLink(location.hash);
     this.state = read.state;
     this.notes = read.notes;
-    if (matchMedia("(prefers-reduced-motion: reduce)").matches && !/[#&]playing=/.test(location.hash)) {
+    if (calm() && !/[#&]playing=/.test(location.hash)) {
       this.state["playing"] = false;
     }
     addEventListener("hashchange", () => this.follow(location.hash));
@@ -121,6 +124,12 @@ export class App extends LitElement {
     const theme = this.state["theme"];
     const read = readLink(fragment);
     if (!/[#&]theme=/.test(fragment)) read.state["theme"] = theme;
+    // A link holds what belongs to its scene. The rest stays as it was, and so does a film that was stopped where motion is
+    // not wanted.
+    const given = new URLSearchParams(fragment.replace(/^#/, ""));
+    const own = new Set(keysOf(read.state.scene).map((key) => key.name));
+    if (calm()) own.delete("playing");
+    for (const { name } of KEYS) if (!own.has(name) && !given.has(name)) read.state[name] = this.state[name];
     this.state = read.state;
     this.notes = read.notes;
     this.answerShown = false;

@@ -35,6 +35,8 @@ _TARGETS = {
 }
 TARGETS = tuple(_TARGETS)
 
+_FLAT = ("lut", "cube", "shader", "osl")
+
 
 def export(
     stack_or_scene: Stack | Scene | str | os.PathLike[str] | Mapping[str, Any],
@@ -85,6 +87,10 @@ def export(
     for film in request.films:
         for sentence in film.notes:
             package.note(sentence)
+        if film.roughness is not None and to in _FLAT:
+            package.drop(
+                f"{film.name}: its roughness: {to} holds the colours of facets, the renderer has to spread them"
+            )
     files = write_folder(folder, package.files)
     parts = {name: charts.summary(values, package.claims_deg) for name, values in package.differences.items()}
     # Every film counts by its chart, one of a single thickness by its seven entries.

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from iridesce import color
 from iridesce.arguments.operands import Floats, real_operand
+from iridesce.exchange.appearance import Roughness
 from iridesce.optics.stack_text import parse_items
 from iridesce.stack import Layer, Stack
 
@@ -51,6 +52,8 @@ class Film:
     free: bool = False
     """A film with the same clear medium on both sides, which light passes."""
     notes: list[str] = field(default_factory=list)
+    roughness: Roughness | None = None
+    """``None`` for a mirror."""
 
     @property
     def varies(self) -> bool:

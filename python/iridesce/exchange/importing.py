@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+from iridesce import _core
 from iridesce.exchange.importers.common import Import
 from iridesce.scene import Scene
 
@@ -21,9 +22,10 @@ ENDINGS = tuple(_READERS)
 def import_scene(path: str | os.PathLike[str]) -> tuple[Scene, list[str]]:
     """Read a scene or material of another program.
 
-    path       ``.gltf``, ``.glb``: KHR_materials_iridescence, transmission, ior, emissive strength; spheres and flat
-               pieces of meshes, cameras. ``.mtlx``: the film of OpenPBR or Standard Surface, on a ball. ``.xml``: the
-               subset of Mitsuba 3 that a scene holds
+    path       ``.gltf``, ``.glb``: KHR_materials_iridescence, transmission, ior, emissive strength, anisotropy, roughness,
+               pictures of matt surfaces; spheres and flat pieces of meshes, cameras, lights. ``.mtlx``: the film of OpenPBR
+               or Standard Surface, on a ball. ``.xml``: the subset of Mitsuba 3 that a scene holds. Pictures are named
+               relative to the file's folder
     Returns    (Scene, what was left out: a list of sentences)
     Raises     ValueError naming the file and what cannot be read; a film whose thickness is a thousand times off (nm
                taken for um, or the other way) is refused
@@ -48,4 +50,6 @@ def import_scene(path: str | os.PathLike[str]) -> tuple[Scene, list[str]]:
     module, function = _READERS[ending]
     read: Callable[[str], Import] = getattr(importlib.import_module(f"iridesce.exchange.importers.{module}"), function)
     found = read(name)
-    return Scene.load(found.tree(name)), found.left_out
+    # Files that it names lie beside it.
+    folder = Path(name).parent.resolve()
+    return Scene(_core.Scene.from_dict(found.tree(name), folder, None, False)), found.left_out

@@ -10,6 +10,7 @@ import numpy as np
 
 from iridesce import color, thickness
 from iridesce.arguments.operands import Floats
+from iridesce.exchange.appearance import roughness_of
 from iridesce.exchange.films import Film
 from iridesce.exchange.geometry import Surface, globe, surface_of
 from iridesce.scene import Scene
@@ -31,11 +32,16 @@ _OPEN_PLANE = 4.0
 def films_of(scene: Scene, light: color.Illuminant) -> list[Film]:
     """The films and bare optical surfaces of a scene, named after their objects."""
     tree = scene.to_dict()
-    folder = Path(scene._core.folder) if scene._core.folder is not None else Path.cwd()
+    folder = folder_of(scene)
     films = [film for item in tree["object"] if (film := film_of_object(item, tree["unit"], folder, light)) is not None]
     if not films:
         raise ValueError("the scene has no surface that interferes: no film, coating, dielectric or metal")
     return films
+
+
+def folder_of(scene: Scene) -> Path:
+    """Where a scene's files lie."""
+    return Path(scene._core.folder) if scene._core.folder is not None else Path.cwd()
 
 
 def film_of_object(item: Mapping[str, Any], unit: str, folder: Path, light: color.Illuminant) -> Film | None:
@@ -61,7 +67,8 @@ def film_of_object(item: Mapping[str, Any], unit: str, folder: Path, light: colo
         items, which, recipe = ["air", medium_of(keys["medium"])], None, 0.0
     else:
         return None
-    if keys.get("roughness"):
+    rough = roughness_of(keys, folder, name, notes)
+    if rough is not None:
         notes.append(f"{name}: errors are told for the smooth surface")
     stack = Stack(items)
     if isinstance(recipe, Mapping) and which is not None:
@@ -73,12 +80,12 @@ def film_of_object(item: Mapping[str, Any], unit: str, folder: Path, light: colo
             grid = np.minimum(grid, THICKEST_NM)
         extent = (float(grid.min()), float(grid.max()))
         if extent[0] == extent[1]:
-            return Film(stack, which, extent, light, name, None, kind == "film", notes)
-        return Film(stack, which, extent, light, name, grid, kind == "film", notes)
+            return Film(stack, which, extent, light, name, None, kind == "film", notes, rough)
+        return Film(stack, which, extent, light, name, grid, kind == "film", notes, rough)
     if isinstance(recipe, str):
         notes.append(f"{name}: thickness {recipe!r} of the mesh's own points is not laid out; 0 nm is written")
         recipe = 0.0
-    return Film(stack, which, (float(recipe), float(recipe)), light, name, None, kind == "film", notes)
+    return Film(stack, which, (float(recipe), float(recipe)), light, name, None, kind == "film", notes, rough)
 
 
 def thickness_grid(item: Mapping[str, Any], recipe: Mapping[str, Any], unit: str, folder: Path) -> Floats:

@@ -31,6 +31,8 @@ def verb(
 
         scene, left_out = import_scene(file)
     text = scene.check()
+    if output is not None and "map = " in text and output.resolve().parent != file.resolve().parent:
+        note(f"{output} names pictures beside {file}: keep it there")
     if output is not None:
         write_whole(output, text.encode("utf-8"))
     if as_json:

@@ -66,6 +66,18 @@ def index_of_f0(f0: float) -> float:
     return (1.0 + root) / (1.0 - root)
 
 
+def roughened(surface: dict[str, Any], roughness: Any) -> dict[str, Any]:
+    """The same surface with facets; a mirror stays as it is."""
+    ((kind, keys),) = surface.items()
+    return {kind: {**keys, "roughness": roughness}} if roughness else surface
+
+
+def spot_angles(inner_deg: float, outer_deg: float) -> dict[str, float]:
+    """A cone that shines fully within half an angle and not beyond another, as a scene counts it."""
+    inner = min(max(inner_deg, 1e-3), 89.0)
+    return {"cone_deg": 2.0 * inner, "soft_deg": max(min(outer_deg, 90.0) - inner, 0.0)}
+
+
 def film_surface(film_ior: float, nm: Any, base: Any, free: bool) -> dict[str, Any]:
     """The surface of one film: free, or on a base (an index, or [n, k])."""
     if free:

@@ -11,7 +11,16 @@ from typing import Any
 import numpy as np
 
 from iridesce.arguments.operands import Floats
-from iridesce.exchange.importers.common import MOST_BYTES, Import, checked_nm, film_surface, index_of_f0, plain
+from iridesce.exchange.importers.common import (
+    MOST_BYTES,
+    Import,
+    checked_nm,
+    film_surface,
+    index_of_f0,
+    plain,
+    roughened,
+    spot_angles,
+)
 from iridesce.files.whole import read_whole
 
 _KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -84,7 +93,8 @@ class _Reader:
         if "camera" in node and not self.found.camera:
             self._camera(self.root["cameras"][node["camera"]], matrix)
         if "KHR_lights_punctual" in node.get("extensions", {}):
-            self.found.leave_out(f"{name}: a light without size")
+            number = node["extensions"]["KHR_lights_punctual"]["light"]
+            self._light(name, self.root["extensions"]["KHR_lights_punctual"]["lights"][number], matrix)
         for child in node.get("children", []):
             self._node(child, matrix, depth + 1)
 
@@ -105,14 +115,12 @@ class _Reader:
         ior = float(extensions.get("KHR_materials_ior", {}).get("ior", 1.5))
         clear = float(extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0))
         film = extensions.get("KHR_materials_iridescence")
-        for key in ("baseColorTexture", "metallicRoughnessTexture"):
-            if key in surface:
-                self.found.leave_out(f"{name}: {key}")
         for key in ("normalTexture", "occlusionTexture", "emissiveTexture"):
             if key in material:
                 self.found.leave_out(f"{name}: {key}")
         for key in sorted(set(extensions) - _KNOWN):
             self.found.leave_out(f"{name}: the extension {key}")
+        roughness = self._roughness(name, surface, extensions, rough)
         emitted = [float(x) for x in material.get("emissiveFactor", [0, 0, 0])]
         strength = float(extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0))
         if max(emitted) > 0.0:
@@ -121,15 +129,107 @@ class _Reader:
             luminance = 0.2126 * emitted[0] + 0.7152 * emitted[1] + 0.0722 * emitted[2]
             return {"emitter": {"illuminant": "D65", "radiance": strength * luminance}}
         if film is not None and float(film.get("iridescenceFactor", 0.0)) > 0.0:
-            if rough > 0.0:
-                self.found.leave_out(f"{name}: roughness {rough:g} under the film; it is smooth")
-            return self._film(name, film, color, metal, ior, clear)
+            self._no_picture(name, surface)
+            return roughened(self._film(name, film, color, metal, ior, clear), roughness)
         if metal > 0.5:
             self.found.leave_out(f"{name}: a metal by its colour; a clear medium of the same reflectance stands for it")
-            return {"coating": {"layers": [], "substrate": index_of_f0(sum(color) / 3.0)}}
+            self._no_picture(name, surface)
+            return roughened({"coating": {"layers": [], "substrate": index_of_f0(sum(color) / 3.0)}}, roughness)
         if clear > 0.5:
-            return {"dielectric": {"medium": max(ior, 1.0 + 1e-6)}}
+            self._no_picture(name, surface)
+            return roughened({"dielectric": {"medium": max(ior, 1.0 + 1e-6)}}, roughness)
+        picture = self._picture(name, surface, color)
+        if picture is not None:
+            return {"diffuse": {"reflectance": {"map": picture}}}
         return {"diffuse": {"reflectance": [min(max(x, 0.0), 1.0) for x in color]}}
+
+    def _no_picture(self, name: str, surface: dict[str, Any]) -> None:
+        if "baseColorTexture" in surface:
+            self.found.leave_out(f"{name}: baseColorTexture")
+
+    def _picture(self, name: str, surface: dict[str, Any], color: list[float]) -> str | None:
+        """The file of a matt surface's colours."""
+        if "baseColorTexture" not in surface:
+            return None
+        path = self._image(surface["baseColorTexture"])
+        if path is None or path.suffix.lower() not in (".png", ".jpg", ".jpeg"):
+            self.found.leave_out(f"{name}: baseColorTexture inside the file, or no PNG or JPEG beside it")
+            return None
+        if min(color) < 1.0:
+            self.found.leave_out(f"{name}: the factor {color} on its baseColorTexture")
+        return path.relative_to(Path(self.label).parent.resolve()).as_posix()
+
+    def _roughness(self, name: str, surface: dict[str, Any], extensions: dict[str, Any], rough: float) -> Any:
+        """A number, or two along u and v; 0 for a mirror."""
+        rough = min(max(rough, 0.0), 1.0)
+        if "metallicRoughnessTexture" in surface and rough > 0.0:
+            rough = self._mean_roughness(name, surface["metallicRoughnessTexture"], rough)
+        brushed = extensions.get("KHR_materials_anisotropy")
+        if brushed is None:
+            return rough
+        strength = min(max(float(brushed.get("anisotropyStrength", 0.0)), 0.0), 1.0)
+        turn = float(brushed.get("anisotropyRotation", 0.0)) % np.pi
+        along = float(np.sqrt(rough**2 + (1.0 - rough**2) * strength**2))
+        if "anisotropyTexture" in brushed:
+            self.found.leave_out(f"{name}: anisotropyTexture")
+        upright = abs(turn - 0.5 * np.pi) < 0.25 * np.pi
+        if min(abs(turn - at) for at in (0.0, 0.5 * np.pi, np.pi)) > 1e-3:
+            self.found.leave_out(f"{name}: anisotropyRotation {turn:g}; it is brushed along {'v' if upright else 'u'}")
+        return [rough, along] if upright else [along, rough]
+
+    def _mean_roughness(self, name: str, texture: dict[str, Any], factor: float) -> float:
+        """A scene's map is grey, glTF's has metalness beside: its mean is taken."""
+        from iridesce.exchange import png
+
+        path = self._image(texture)
+        try:
+            if path is None:
+                raise ValueError("it is not beside the file")
+            values = png.read_png(read_whole(str(path), MOST_BYTES, "no map has"), path.name)
+        except ValueError as error:
+            self.found.leave_out(f"{name}: the map of its roughness ({error}); its factor, {factor:g}, is taken")
+            return factor
+        mean = factor * float((values.values[..., min(1, values.values.shape[2] - 1)] / values.peak).mean())
+        self.found.leave_out(f"{name}: the map of its roughness; its mean, {mean:.3g}, stands for it")
+        return mean
+
+    def _image(self, texture: dict[str, Any]) -> Path | None:
+        """The file of a texture, where it lies beside this one."""
+        image = self.root["images"][self.root["textures"][texture["index"]]["source"]]
+        uri = image.get("uri", "")
+        folder = Path(self.label).parent.resolve()
+        if not uri or uri.startswith("data:"):
+            return None
+        path = (folder / uri).resolve()
+        return path if path.is_relative_to(folder) and path.is_file() else None
+
+    def _light(self, name: str, light: dict[str, Any], matrix: Floats) -> None:
+        kind, strength = light["type"], float(light.get("intensity", 1.0))
+        colors = [float(x) for x in light.get("color", [1.0, 1.0, 1.0])]
+        if max(colors) - min(colors) > 0.01:
+            self.found.leave_out(f"{name}: the colour of its light; it is that of D65")
+        strength *= 0.2126 * colors[0] + 0.7152 * colors[1] + 0.0722 * colors[2]
+        back = matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
+        place = matrix[:3, 3]
+        if "range" in light:
+            self.found.leave_out(f"{name}: the range of its light; it reaches everywhere")
+        if kind == "directional":
+            keys: dict[str, Any] = {"direction": back.tolist(), "irradiance": strength}
+        elif kind == "point":
+            keys = {"position": place.tolist(), "intensity": strength}
+        elif kind == "spot":
+            cone = light.get("spot", {})
+            inner = np.degrees(float(cone.get("innerConeAngle", 0.0)))
+            outer = np.degrees(float(cone.get("outerConeAngle", 0.25 * np.pi)))
+            keys = {"position": place.tolist(), "target": (place - back).tolist(), "intensity": strength}
+            keys |= spot_angles(inner, outer)
+        else:
+            self.found.leave_out(f"{name}: the light {kind!r}")
+            return
+        if not 0.0 < strength < np.inf:
+            self.found.leave_out(f"{name}: a light of strength {strength:g}")
+            return
+        self.found.lights.append({kind: {**keys, "illuminant": "D65"}})
 
     def _film(
         self, name: str, film: dict[str, Any], color: list[float], metal: float, ior: float, clear: float
@@ -243,6 +343,7 @@ _KNOWN = {
     "KHR_materials_ior",
     "KHR_materials_emissive_strength",
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
 }
 
 

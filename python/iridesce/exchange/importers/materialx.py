@@ -5,7 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from typing import Any
 
-from iridesce.exchange.importers.common import MOST_BYTES, Import, checked_nm, film_surface, index_of_f0
+from iridesce.exchange.importers.common import MOST_BYTES, Import, checked_nm, film_surface, index_of_f0, roughened
 from iridesce.files.whole import read_whole
 
 _BALL = {"sphere": {"center": [0.0, 0.0, 0.0], "radius": 4.0}}
@@ -99,8 +99,6 @@ def _surface(element: ET.Element, root: ET.Element, label: str, found: Import, n
     if weight > 0.0:
         if weight < 1.0:
             found.leave_out(f"{name}: a film that is there in part")
-        if rough > 0.0:
-            found.leave_out(f"{name}: roughness {rough:g} under the film; it is smooth")
         nm = thickness
         if isinstance(nm, float):
             nm = checked_nm(found, label, name, nm * factor, unit)
@@ -118,6 +116,10 @@ def _surface(element: ET.Element, root: ET.Element, label: str, found: Import, n
         surface = {"dielectric": {"medium": max(ior, 1.0 + 1e-6)}}
     else:
         surface = {"diffuse": {"reflectance": min(max(mean, 0.0), 1.0)}}
+    if "diffuse" not in surface:
+        surface = roughened(surface, min(max(rough, 0.0), 1.0))
+        if "specular_roughness_anisotropy" in inputs or "specular_anisotropy" in inputs:
+            found.leave_out(f"{name}: the anisotropy of its roughness")
     place = 10.0 * len(found.objects)
     shape = {"sphere": {"center": [place, 0.0, 0.0], "radius": _BALL["sphere"]["radius"]}}
     found.objects.append({"name": name, "shape": shape, "surface": surface})

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from iridesce.arguments.operands import Floats
-from iridesce.exchange.importers.common import MOST_BYTES, Import, checked_nm
+from iridesce.exchange.importers.common import MOST_BYTES, Import, checked_nm, roughened, spot_angles
 from iridesce.exchange.importers.materialx import _float, parsed
 from iridesce.files.whole import read_whole
 
@@ -98,19 +98,34 @@ class _Reader:
         if bsdf is None:
             return {"diffuse": {"reflectance": 0.5}}
         if kind in ("dielectric", "thindielectric", "roughdielectric"):
-            if kind != "dielectric":
+            if kind == "thindielectric":
                 self.found.leave_out(f"{name}: {kind}: it is a smooth face")
-            return {"dielectric": {"medium": self._ior(bsdf, "int_ior", "bk7", name)}}
+            surface = {"dielectric": {"medium": self._ior(bsdf, "int_ior", "bk7", name)}}
+            return roughened(surface, self._roughness(bsdf, name) if kind == "roughdielectric" else 0.0)
         if kind in ("conductor", "roughconductor"):
-            if kind == "roughconductor":
-                self.found.leave_out(f"{name}: its roughness; it is smooth")
-            return self._conductor(bsdf, name)
+            return roughened(
+                self._conductor(bsdf, name), self._roughness(bsdf, name) if kind == "roughconductor" else 0.0
+            )
         if kind == "iridesce_film":
             return self._film(bsdf, name)
         if kind != "diffuse":
             self.found.leave_out(f"{name}: the material {kind}; grey of 0.5 stands for it")
             return {"diffuse": {"reflectance": 0.5}}
         return {"diffuse": {"reflectance": self._reflectance(bsdf, name)}}
+
+    def _roughness(self, bsdf: ET.Element, name: str) -> Any:
+        """Facets of the same alpha, which a scene counts as roughness^2."""
+        kind = next(
+            (one.get("value") for one in bsdf.findall("string") if one.get("name") == "distribution"), "beckmann"
+        )
+        if kind != "ggx":
+            self.found.leave_out(f"{name}: facets spread as {kind}; GGX of the same alpha stands for them")
+        for one in bsdf.findall("texture"):
+            if (one.get("name") or "").startswith("alpha"):
+                self.found.leave_out(f"{name}: the map of its roughness; alpha 0.1 stands for it")
+        alpha = self._number(bsdf, "alpha", 0.1)
+        along = [min(max(self._number(bsdf, key, alpha), 0.0), 1.0) ** 0.5 for key in ("alpha_u", "alpha_v")]
+        return along[0] if along[0] == along[1] else along
 
     def _film(self, bsdf: ET.Element, name: str) -> dict[str, Any]:
         self.found.leave_out(f"{name}: what the film is made of: its table holds spectra; soap stands for it")
@@ -164,6 +179,10 @@ class _Reader:
                     return min(max(self._text_number(words[0]), 0.0), 1.0)
                 if one.tag == "rgb" and len(words) == 3:
                     return [min(max(self._text_number(word), 0.0), 1.0) for word in words]
+                file = next((s.get("value", "") for s in one.findall("string") if s.get("name") == "filename"), "")
+                path = Path(self.label).parent / file
+                if one.tag == "texture" and one.get("type") == "bitmap" and file and path.is_file():
+                    return {"map": file}
                 self.found.leave_out(f"{name}: the map or spectrum of its reflectance; 0.5 stands for it")
         return 0.5
 
@@ -178,15 +197,39 @@ class _Reader:
             if not name or not path.is_file():
                 self.found.leave_out(f"the environment {name!r}, which is not there")
                 return
-            self.found.lights.append(
-                {"environment": {"map": str(path), "radiance": self._number(element, "scale", 1.0)}}
-            )
+            self.found.lights.append({"environment": {"map": name, "radiance": self._number(element, "scale", 1.0)}})
+        elif kind in ("directional", "point", "spot"):
+            self._lamp(element, kind)
         else:
             self.found.leave_out(f"the light {kind}")
 
-    def _light(self, element: ET.Element) -> dict[str, Any]:
+    def _lamp(self, element: ET.Element, kind: str) -> None:
+        """A light without size."""
+        key = "irradiance" if kind == "directional" else "intensity"
+        light = self._light(element, key)
+        matrix = self._transform(element, "to_world")
+        keys: dict[str, Any] = {"illuminant": light["illuminant"], key: light["radiance"]}
+        if kind == "directional":
+            given = next((one for one in element.findall("vector") if one.get("name") == "direction"), None)
+            ahead = matrix[:3, 2]
+            if given is not None:
+                text = given.get("value")
+                ahead = np.array(
+                    [self._text_number(given.get(axis, "0")) for axis in "xyz"] if text is None else self._three(text)
+                )
+            keys["direction"] = (0.0 - ahead / np.linalg.norm(ahead)).tolist()
+        else:
+            place = matrix[:3, 3] + self._point(element, "position", [0.0, 0.0, 0.0])
+            keys["position"] = place.tolist()
+        if kind == "spot":
+            keys["target"] = (place + matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])).tolist()
+            outer = self._number(element, "cutoff_angle", 20.0)
+            keys |= spot_angles(self._number(element, "beam_width", 0.75 * outer), outer)
+        self.found.lights.append({kind: keys})
+
+    def _light(self, element: ET.Element, key: str = "radiance") -> dict[str, Any]:
         for one in element:
-            if one.get("name") != "radiance":
+            if one.get("name") != key:
                 continue
             value = one.get("value", "")
             words = value.replace(",", " ").split()

@@ -97,6 +97,15 @@ def _tables(film: Film, package: Package) -> dict[str, str]:
 
 
 def _write(film: Film, package: Package, knobs: Knobs, tables: dict[str, str] | None) -> None:
+    rough = film.roughness
+    if rough is not None and rough.grey is not None:
+        package.drop(f"{film.name}: the map of its roughness; its mean, {rough.mean:.3g}, is written")
+    elif rough is not None and rough.is_brushed:
+        package.drop(
+            f"{film.name}: its brushing, {rough.along_u:g} along u, {rough.along_v:g} along v; {rough.mean:.3g} is written"
+        )
+    if rough is not None and tables:
+        package.drop(f"{film.name}: the table is read at the angle of the surface, not of its facets")
     low, high = film.table_range() if tables else film.range_nm
     texture = ""
     if film.layer is not None and film.varies:
@@ -123,6 +132,7 @@ def _write(film: Film, package: Package, knobs: Knobs, tables: dict[str, str] | 
         "MAP_LOW": decimal(film.range_nm[0]),
         "MAP_HIGH": decimal(film.range_nm[1]),
         "FILM_IOR": decimal(knobs.film_ior),
+        "ROUGHNESS": decimal(0.0 if film.roughness is None else film.roughness.mean),
         "BASE_IOR": decimal(knobs.base_ior or 1.0),
         "BASE_N": ", ".join(decimal(float(x)) for x in index.real),
         "BASE_K": ", ".join(decimal(float(x)) for x in index.imag),

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from iridesce import _core, color
 from iridesce.arguments.operands import Floats
+from iridesce.exchange.appearance import lamp_rgb, reflectance_of
 from iridesce.exchange.films import Film
 from iridesce.exchange.geometry import Mesh, Surface, surface_of
 from iridesce.exchange.knobs import Knobs, differences, fitted, knobs_of
 from iridesce.exchange.package import Package, Request
-from iridesce.exchange.scenes import MM, plain_name
+from iridesce.exchange.scenes import MM, folder_of, plain_name
+from iridesce.exchange.surfaces import picture_file, roughness_png, told_camera, told_item, told_spectrum
 from iridesce.exchange.textures import laid_out, thickness_png
 from iridesce.exchange.twins import gltf as twin
 
@@ -33,7 +36,7 @@ def export_gltf(request: Request) -> Package:
         document.node({"name": film.name, "mesh": document.mesh(film.name, mesh, materials[film.name])})
         package.note("the material is on a sphere of radius 1 m; take it from there")
     else:
-        _scene(request.scene.to_dict(), materials, document, package)
+        _scene(request.scene.to_dict(), folder_of(request.scene), materials, document, package)
     package.files[f"{name}.gltf"] = document.text()
     package.files[f"{name}.bin"] = document.buffer()
     package.note("iridescenceThickness in nm; in the map of thickness channel G counts, linear, first row on top")
@@ -66,6 +69,7 @@ def _material(film: Film, request: Request, package: Package, document: _Documen
         if film.free:
             material["doubleSided"] = True
     material["pbrMetallicRoughness"] = surface
+    _rough(film, material, document, package)
     if film.layer is not None:
         low, high = film.range_nm
         iridescence: dict[str, Any] = {"iridescenceFactor": 1.0, "iridescenceIor": knobs.film_ior}
@@ -83,7 +87,27 @@ def _material(film: Film, request: Request, package: Package, document: _Documen
     return material
 
 
-def _scene(tree: Mapping[str, Any], materials: Mapping[str, int], document: _Document, package: Package) -> None:
+def _rough(film: Film, material: dict[str, Any], document: _Document, package: Package) -> None:
+    rough, surface = film.roughness, material["pbrMetallicRoughness"]
+    if rough is None:
+        return
+    if film.free:
+        package.drop(
+            f"{film.name}: what a rough film passes goes straight on; glTF spreads it as it spreads what is mirrored"
+        )
+    surface["roughnessFactor"], strength, turn = rough.gltf()
+    if rough.grey is not None:
+        surface["roughnessFactor"] = 1.0
+        texture = document.texture(roughness_png(film.name, rough, package))
+        surface["metallicRoughnessTexture"] = {"index": texture}
+    if strength > 0.0:
+        direction = {"anisotropyStrength": strength, "anisotropyRotation": turn}
+        material["extensions"]["KHR_materials_anisotropy"] = direction
+
+
+def _scene(
+    tree: Mapping[str, Any], folder: Path, materials: Mapping[str, int], document: _Document, package: Package
+) -> None:
     metres = MM[tree["unit"]] / 1000.0
     camera = tree["camera"]
     eye, target, up = (np.asarray(camera[key], dtype=np.float64) for key in ("position", "target", "up"))
@@ -96,30 +120,38 @@ def _scene(tree: Mapping[str, Any], materials: Mapping[str, int], document: _Doc
         mesh = surface.mesh(extent=20.0 * distance)
         if surface.kind == "plane":
             package.note(f"{item['name']}: the plane is cut at {20.0 * distance:g} {tree['unit']}")
-        for key in ("transform", "instances", "bump", "priority", "uv"):
-            if item.get(key) not in (None, 0, {}, []):
-                package.drop(f"{item['name']}: {key} is not written")
+        told_item(item, package)
         name = plain_name(item["name"])
         material = materials.get(name)
         if material is None:
-            material = document.material(_plain_material(name, item["surface"], package))
+            material = document.material(_plain_material(name, item["surface"], folder, document, package))
         document.node({"name": name, "mesh": document.mesh(name, _scaled(mesh, metres), material)})
     document.node({"name": "camera", "camera": 0, "matrix": _look(eye * metres, target * metres, up)})
+    told_camera(camera, package, lens=False)
     document.root["cameras"] = [_camera(camera, metres, distance)]
     for number, light in enumerate(tree["light"]):
         ((kind, keys),) = light.items()
         document.light(kind, keys, metres, number, package)
 
 
-def _plain_material(name: str, surface: Mapping[str, Any], package: Package) -> dict[str, Any]:
+def _plain_material(
+    name: str, surface: Mapping[str, Any], folder: Path, document: _Document, package: Package
+) -> dict[str, Any]:
     ((kind, keys),) = surface.items()
     if kind == "diffuse":
-        value = keys["reflectance"]
-        if isinstance(value, Mapping):
-            package.drop(f"{name}: the map or spectrum of its reflectance; 0.5 is written")
-            value = 0.5
-        rgb = [float(value)] * 3 if isinstance(value, int | float) else [float(x) for x in value]
-        factors = {"baseColorFactor": [*rgb, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0}
+        found = reflectance_of(keys["reflectance"], folder)
+        factors: dict[str, Any] = {
+            "baseColorFactor": [*found.rgb, 1.0],
+            "metallicFactor": 0.0,
+            "roughnessFactor": 1.0,
+        }
+        if found.spectrum is not None:
+            told_spectrum(name, package)
+        if found.picture is not None:
+            file = picture_file(name, found, package, (".png", ".jpg", ".jpeg"), "gltf")
+            if file is not None:
+                factors["baseColorFactor"] = [1.0] * 4
+                factors["baseColorTexture"] = {"index": document.texture(file, data=False)}
         # No gloss: ior 1 takes the dielectric's own mirror away.
         return {"name": name, "pbrMetallicRoughness": factors, "extensions": {"KHR_materials_ior": {"ior": 1.0}}}
     white = color.illuminant(keys["illuminant"]).white() * float(keys["radiance"])
@@ -186,12 +218,14 @@ class _Document:
         self._extensions |= set(material.get("extensions", {}))
         return self._add("materials", {key: value for key, value in material.items() if value != {}})
 
-    def texture(self, file: str) -> int:
-        if not self._lists["samplers"]:
-            # Linear without mip-maps: a mean of thicknesses has not the mean of their colours. Clamped.
-            self._add("samplers", {"magFilter": 9729, "minFilter": 9729, "wrapS": 33071, "wrapT": 33071})
+    def texture(self, file: str, data: bool = True) -> int:
+        # Linear without mip-maps: a mean of thicknesses has not the mean of their colours. Clamped. Pictures have both.
+        wrap = {"wrapS": 33071, "wrapT": 33071} if data else {"wrapS": 10497, "wrapT": 10497}
+        sampler = {"magFilter": 9729, "minFilter": 9729 if data else 9987, **wrap}
+        known = self._lists["samplers"]
+        number = known.index(sampler) if sampler in known else self._add("samplers", sampler)
         image = self._add("images", {"uri": file})
-        return self._add("textures", {"sampler": 0, "source": image})
+        return self._add("textures", {"sampler": number, "source": image})
 
     def mesh(self, name: str, mesh: Mesh, material: int) -> int:
         # glTF counts v from the top.
@@ -210,7 +244,9 @@ class _Document:
             what = keys.get("map") or keys.get("builtin") or keys.get("illuminant")
             package.drop(f"light {number}: the environment {what!r}; glTF has none, set it in the viewer")
             return
-        rgb = np.maximum(color.rgb_matrix("linear-srgb") @ color.illuminant(keys["illuminant"]).white(), 0.0)
+        rgb = lamp_rgb(keys["illuminant"])
+        if keys["illuminant"] != "D65":
+            package.drop(f"light {number}: the spectrum of {keys['illuminant']}: three numbers hold its colour alone")
         power = float(keys.get("irradiance", keys.get("intensity", 1.0))) * float(rgb.max())
         light: dict[str, Any] = {"color": [float(x) for x in rgb / rgb.max()], "name": f"light_{number}"}
         node: dict[str, Any] = {"name": f"light_{number}"}
@@ -232,7 +268,7 @@ class _Document:
                 outer = inner + np.radians(float(keys.get("soft_deg", 0.0)))
                 outer = min(max(outer, inner + 1e-4), 0.5 * np.pi)
                 light["spot"] = {"innerConeAngle": float(min(inner, outer - 1e-5)), "outerConeAngle": float(outer)}
-        if "polarized_deg" in keys:
+        if keys.get("polarized_deg") is not None:
             package.drop(f"light {number}: its polarisation")
         node["extensions"] = {"KHR_lights_punctual": {"light": len(self._lights)}}
         self._lights.append(light)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import zipfile
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
@@ -13,10 +14,12 @@ import numpy as np
 from iridesce import _core, color
 from iridesce.arguments.operands import Floats
 from iridesce.exchange import charts, exr
+from iridesce.exchange.appearance import Roughness, reflectance_of
 from iridesce.exchange.films import ANGLES_DEG, DISPERSES, Film, extended_index, grazing_deg
 from iridesce.exchange.geometry import Mesh, surface_of
 from iridesce.exchange.package import Package, Request
-from iridesce.exchange.scenes import plain_name
+from iridesce.exchange.scenes import folder_of, plain_name
+from iridesce.exchange.surfaces import picture_file, told_camera, told_item
 from iridesce.exchange.targets.shaders import decimal, filled
 from iridesce.exchange.textures import laid_out
 
@@ -45,7 +48,7 @@ def export_mitsuba(request: Request) -> Package:
         }
         package.files["iridesce_film.py"] = filled("iridesce_film.py.txt", words)
     if request.scene is not None:
-        _scene(request.scene.to_dict(), {film.name: film for film in request.films}, package)
+        _scene(request.scene.to_dict(), folder_of(request.scene), {film.name: film for film in request.films}, package)
     elif not kept:
         raise ValueError('"mitsuba" writes films; there is none here')
     package.drop("polarisation: the table is of unpolarised light")
@@ -150,7 +153,7 @@ def npz_bytes(arrays: Mapping[str, Any]) -> bytes:
 # --- scenes
 
 
-def _scene(tree: Mapping[str, Any], films: Mapping[str, Film], package: Package) -> None:
+def _scene(tree: Mapping[str, Any], folder: Path, films: Mapping[str, Film], package: Package) -> None:
     camera = tree["camera"]
     distance = float(np.linalg.norm(np.subtract(camera["position"], camera["target"])))
     depth = tree["render"]["max_depth"] + 1
@@ -158,16 +161,15 @@ def _scene(tree: Mapping[str, Any], films: Mapping[str, Film], package: Package)
         '<scene version="3.0.0">',
         f'  <integrator type="path"><integer name="max_depth" value="{depth}"/></integrator>',
     ]
+    told_camera(camera, package, lens=True)
     lines += _sensor(camera, tree["render"])
     for item in tree["object"]:
         surface, name = surface_of(item["shape"]), plain_name(item["name"])
         if surface is None:
             package.drop(f"{item['name']}: the shape {next(iter(item['shape']))} is not written")
             continue
-        for key in ("transform", "instances", "bump", "priority", "uv"):
-            if item.get(key) not in (None, 0, {}, []):
-                package.drop(f"{item['name']}: {key} is not written")
-        body = _material(name, item["surface"], films.get(name), package)
+        told_item(item, package)
+        body = _material(name, item["surface"], folder, films.get(name), package)
         if surface.kind == "sphere" and not (name in films and films[name].varies):
             center, radius = surface.keys["center"], surface.keys["radius"]
             lines.append(
@@ -197,6 +199,11 @@ def _sensor(camera: Mapping[str, Any], settings: Mapping[str, Any]) -> list[str]
     else:
         kind = "perspective"
         optics = f'<float name="fov" value="{camera["fov_deg"]!r}"/><string name="fov_axis" value="y"/>'
+        if camera.get("aperture_radius"):
+            kind = "thinlens"
+            away = float(np.linalg.norm(np.subtract(camera["position"], camera["target"])))
+            optics += f'<float name="aperture_radius" value="{camera["aperture_radius"]!r}"/>'
+            optics += f'<float name="focus_distance" value="{camera.get("focus_distance", away)!r}"/>'
     return [
         f'  <sensor type="{kind}">{optics}',
         f'    <transform name="to_world">{look}</transform>',
@@ -207,9 +214,11 @@ def _sensor(camera: Mapping[str, Any], settings: Mapping[str, Any]) -> list[str]
     ]
 
 
-def _material(name: str, surface: Mapping[str, Any], film: Film | None, package: Package) -> list[str]:
+def _material(name: str, surface: Mapping[str, Any], folder: Path, film: Film | None, package: Package) -> list[str]:
     ((kind, keys),) = surface.items()
     if film is not None and film.layer is not None:
+        if film.roughness is not None:
+            package.drop(f"{name}: its roughness: the plugin's films are smooth")
         lines = ['<bsdf type="iridesce_film">', f'  <string name="table" value={quoteattr(name + "_film.npz")}/>']
         if film.varies:
             laid = laid_out(film, package)
@@ -230,22 +239,21 @@ def _material(name: str, surface: Mapping[str, Any], film: Film | None, package:
         if film.transmits:
             package.drop(f"{name}: dispersion of {film.stack.last.name}; n at 550 nm is written")
             ior = float(extended_index(film.stack.last, [550.0])[0].real)
-            return [
-                f'<bsdf type="dielectric"><float name="int_ior" value="{ior!r}"/><float name="ext_ior" value="1.0"/></bsdf>'
-            ]
+            kind, rough = _rough(name, "dielectric", film.roughness, package)
+            indices = f'<float name="int_ior" value="{ior!r}"/><float name="ext_ior" value="1.0"/>'
+            return [f'<bsdf type="{kind}">{indices}', *rough, "</bsdf>"]
         parts = [
             f'<spectrum name="{letter}" value="{_spectrum(values)}"/>'
             for letter, values in (("eta", index.real), ("k", index.imag))
         ]
-        return ['<bsdf type="conductor">', *[f"  {part}" for part in parts], "</bsdf>"]
+        kind, rough = _rough(name, "conductor", film.roughness, package)
+        return [f'<bsdf type="{kind}">', *[f"  {part}" for part in parts], *rough, "</bsdf>"]
     if kind == "diffuse":
-        value = keys["reflectance"]
-        if isinstance(value, int | float):
-            return [f'<bsdf type="diffuse"><spectrum name="reflectance" value="{float(value)!r}"/></bsdf>']
-        if isinstance(value, Mapping):
-            package.drop(f"{name}: the map or spectrum of its reflectance; 0.5 is written")
-            return ['<bsdf type="diffuse"><spectrum name="reflectance" value="0.5"/></bsdf>']
-        return [f'<bsdf type="diffuse"><rgb name="reflectance" value="{_list(value)}"/></bsdf>']
+        return [
+            '<bsdf type="twosided"><bsdf type="diffuse">',
+            *_reflectance(name, keys, folder, package),
+            "</bsdf></bsdf>",
+        ]
     radiance = _lamp(keys["illuminant"], float(keys["radiance"]), package)
     package.drop(f"{name}: a lamp that glows on both sides; Mitsuba's shines from its front")
     return [
@@ -254,11 +262,79 @@ def _material(name: str, surface: Mapping[str, Any], film: Film | None, package:
     ]
 
 
+def _rough(name: str, kind: str, rough: Roughness | None, package: Package) -> tuple[str, list[str]]:
+    """The rough kin of a material, and its facets."""
+    if rough is None:
+        return kind, []
+    package.drop(f"{name}: light that goes from facet to facet: Mitsuba's rough surfaces lose it")
+    facets = ['  <string name="distribution" value="ggx"/>']
+    if rough.grey is not None:
+        file = f"{name}_alpha.exr"
+        package.files[file] = exr.exr_bytes({"Y": (rough.grey**2).astype(np.float32)}, {"iridesce:is": "GGX alpha"})
+        facets += [
+            '  <texture type="bitmap" name="alpha"><boolean name="raw" value="true"/>',
+            f'    <string name="filename" value={quoteattr(file)}/></texture>',
+        ]
+    else:
+        along_u, along_v = rough.alpha
+        facets += [f'  <float name="alpha_u" value="{along_u!r}"/>', f'  <float name="alpha_v" value="{along_v!r}"/>']
+    return f"rough{kind}", facets
+
+
+def _reflectance(name: str, keys: Mapping[str, Any], folder: Path, package: Package) -> list[str]:
+    found = reflectance_of(keys["reflectance"], folder)
+    if found.spectrum is not None:
+        # Beyond its ends Mitsuba's spectrum is zero, a scene's holds.
+        values = np.interp(WAVELENGTH_NM, *found.spectrum)
+        return [f'  <spectrum name="reflectance" value="{_spectrum(values)}"/>']
+    if found.picture is not None:
+        file = picture_file(name, found, package, (".png", ".jpg", ".jpeg", ".exr", ".hdr"), "mitsuba")
+        if file is not None:
+            path = f'<string name="filename" value={quoteattr(file)}/>'
+            return [f'  <texture type="bitmap" name="reflectance">{path}</texture>']
+    if found.rgb[0] == found.rgb[1] == found.rgb[2]:
+        return [f'  <spectrum name="reflectance" value="{found.rgb[0]!r}"/>']
+    return [f'  <rgb name="reflectance" value="{_list(found.rgb)}"/>']
+
+
+def _lamp_without_size(kind: str, keys: Mapping[str, Any], number: int, package: Package) -> list[str]:
+    value = float(keys["irradiance"] if kind in ("sun", "directional") else keys["intensity"])
+    spectrum = _lamp(keys["illuminant"], value, package)
+    if keys.get("polarized_deg") is not None:
+        package.drop(f"light {number}: its polarisation")
+    if kind in ("sun", "directional"):
+        if kind == "sun":
+            package.drop(f"light {number}: the disc of the sun; Mitsuba's directional light has no size")
+        way = _list([-float(x) for x in keys["direction"]])
+        return [
+            f'<emitter type="directional"><vector name="direction" value="{way}"/>',
+            f'  <spectrum name="irradiance" value="{spectrum}"/></emitter>',
+        ]
+    lines = [f'  <spectrum name="intensity" value="{spectrum}"/>']
+    place = _list(keys["position"])
+    if kind == "point":
+        return [f'<emitter type="point"><point name="position" value="{place}"/>', *lines, "</emitter>"]
+    inner = 0.5 * float(keys["cone_deg"])
+    outer = inner + float(keys["soft_deg"])
+    if outer > inner:
+        package.drop(
+            f"light {number}: its edge falls straight from {inner:g} to {outer:g} degrees, not by 3 s^2 - 2 s^3"
+        )
+    back = np.subtract(keys["position"], keys["target"])
+    up = "0, 0, -1" if np.hypot(back[0], back[2]) < 1e-6 * np.linalg.norm(back) else "0, 1, 0"
+    look = f'<lookat origin="{place}" target="{_list(keys["target"])}" up="{up}"/>'
+    return [
+        f'<emitter type="spot"><transform name="to_world">{look}</transform>',
+        *lines,
+        f'  <float name="cutoff_angle" value="{max(outer, inner * 1.0001)!r}"/><float name="beam_width" value="{inner!r}"/>',
+        "</emitter>",
+    ]
+
+
 def _light(light: Mapping[str, Any], number: int, package: Package) -> list[str]:
     ((kind, keys),) = light.items()
     if kind != "environment":
-        package.drop(f"light {number}: the {kind} is not written")
-        return []
+        return _lamp_without_size(kind, keys, number, package)
     radiance = float(keys.get("radiance", 1.0))
     if "illuminant" in keys:
         spectrum = _lamp(keys["illuminant"], radiance, package)

@@ -9,6 +9,7 @@ from iridesce.arguments.operands import Floats
 from iridesce.exchange.films import Film
 from iridesce.exchange.knobs import Knobs, differences, fitted, knobs_of
 from iridesce.exchange.package import Package, Request
+from iridesce.exchange.surfaces import roughness_png
 from iridesce.exchange.textures import laid_out, thickness_png
 from iridesce.exchange.twins import materialx as twin
 
@@ -50,7 +51,7 @@ def openpbr_inputs(film: Film, request: Request, package: Package) -> tuple[Knob
     if request.fit and film.layer is not None:
         knobs = fitted(show, knobs, film, package, ("film_ior", "base_ior", "f0"))
     package.differences[film.name] = differences(show, knobs, film)
-    inputs = [("specular_roughness", "float", "0")]
+    inputs = [] if film.roughness is not None and film.roughness.grey is not None else _rough(film, package)
     if knobs.base_ior is None:
         inputs += [
             ("base_metalness", "float", "1"),
@@ -70,6 +71,39 @@ def openpbr_inputs(film: Film, request: Request, package: Package) -> tuple[Knob
     return knobs, inputs
 
 
+def _rough(film: Film, package: Package) -> list[tuple[str, str, str]]:
+    rough = film.roughness
+    if rough is None:
+        return [("specular_roughness", "float", "0")]
+    value, anisotropy = rough.openpbr()
+    made = [("specular_roughness", "float", f"{value:.9g}")]
+    if anisotropy > 0.0:
+        made.append(("specular_roughness_anisotropy", "float", f"{anisotropy:.9g}"))
+        if rough.along_v > rough.along_u:
+            package.drop(f"{film.name}: rougher along v than along u: turn geometry_tangent by 90 degrees")
+    return made
+
+
+def _rough_map(film: Film, package: Package) -> tuple[list[str], list[str]]:
+    """The graph that reads a map of roughness, and the input that takes it."""
+    if film.roughness is None or film.roughness.grey is None:
+        return [], []
+    file, graph = roughness_png(film.name, film.roughness, package), f"{film.name}_roughness"
+    lines = [
+        f'  <nodegraph name="{graph}">',
+        '    <image name="map" type="vector3">',
+        f'      <input name="file" type="filename" value={quoteattr(file)} colorspace="none"/>',
+        "    </image>",
+        '    <extract name="rough" type="float">',
+        '      <input name="in" type="vector3" nodename="map"/>',
+        '      <input name="index" type="integer" value="1"/>',
+        "    </extract>",
+        '    <output name="out" type="float" nodename="rough"/>',
+        "  </nodegraph>",
+    ]
+    return lines, [f'    <input name="specular_roughness" type="float" nodegraph="{graph}" output="out"/>']
+
+
 def _document(film: Film, request: Request, package: Package) -> bytes:
     name = film.name
     knobs, inputs = openpbr_inputs(film, request, package)
@@ -84,8 +118,11 @@ def _document(film: Film, request: Request, package: Package) -> bytes:
     if film.layer is not None:
         graph, thickness = _thickness(film, package)
         lines += graph
+    graph, rough = _rough_map(film, package)
+    lines += graph
     lines.append(f'  <open_pbr_surface name={quoteattr(name + "_surface")} type="surfaceshader">')
     lines += [f'    <input name="{key}" type="{kind}" value="{value}"/>' for key, kind, value in inputs]
+    lines += rough
     if thickness:
         lines.append(f'    <input name="thin_film_thickness" type="float" {thickness}/>')
     lines += ["  </open_pbr_surface>", *_material(name, f"{name}_surface")]
@@ -134,12 +171,13 @@ def _conductor(film: Film, knobs: Knobs, package: Package) -> list[str]:
     package.note(
         f"{film.name}: the material {name} holds {film.stack.last.name} by n and k: CIEDE2000 {mean:.2f} in the mean by the twin"
     )
+    alpha = (0.0, 0.0) if film.roughness is None else film.roughness.alpha
     value = film.range_nm[1] if not film.varies else 0.5 * sum(film.range_nm)
     lines = [
         f'  <conductor_bsdf name="{name}_bsdf" type="BSDF">',
         f'    <input name="ior" type="color3" value="{", ".join(f"{x:.6g}" for x in knobs.index.real)}"/>',
         f'    <input name="extinction" type="color3" value="{", ".join(f"{x:.6g}" for x in knobs.index.imag)}"/>',
-        '    <input name="roughness" type="vector2" value="0, 0"/>',
+        f'    <input name="roughness" type="vector2" value="{", ".join(f"{x:.6g}" for x in alpha)}"/>',
     ]
     if film.layer is not None:
         lines += [

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from iridesce import _core, color
 from iridesce.arguments.operands import Floats
+from iridesce.exchange.appearance import lamp_rgb, reflectance_of
 from iridesce.exchange.films import Film
 from iridesce.exchange.geometry import Mesh, Surface, surface_of
 from iridesce.exchange.package import Package, Request
-from iridesce.exchange.scenes import MM, plain_name
+from iridesce.exchange.scenes import MM, folder_of, plain_name
+from iridesce.exchange.surfaces import picture_file, roughness_png, told_camera, told_item, told_spectrum
 from iridesce.exchange.targets.openpbr import openpbr_inputs
 from iridesce.exchange.textures import laid_out, thickness_png
 from iridesce.exchange.twins import materialx as twin
@@ -47,7 +50,7 @@ def export_usd(request: Request) -> Package:
         lines += _indented(_mesh(f"{names[film.name]}_ball", mesh, names[film.name]))
         package.note("the material is on a sphere of radius 1; take it from there")
     else:
-        lines += _indented(_scene(request.scene.to_dict(), names, package))
+        lines += _indented(_scene(request.scene.to_dict(), folder_of(request.scene), names, package))
     package.files[f"{name}.usda"] = ("\n".join([*lines, "}"]) + "\n").encode("utf-8")
     package.note("thin_film_thickness in um; the same numbers in nm stand in customData of each material")
     package.note(
@@ -81,6 +84,10 @@ def _material(film: Film, prim: str, request: Request, package: Package) -> list
             shader.append(f"float inputs:thin_film_thickness.connect = <{path}/um.outputs:out>")
         else:
             shader.append(f"float inputs:thin_film_thickness = {high / _NM!r}")
+    if film.roughness is not None and film.roughness.grey is not None:
+        file = roughness_png(film.name, film.roughness, package)
+        extra += _rough_shaders(path, file)
+        shader.append(f"float inputs:specular_roughness.connect = <{path}/rough.outputs:out>")
     if knobs.index is not None:
         facts |= {"base_n_rgb": knobs.index.real.tolist(), "base_k_rgb": knobs.index.imag.tolist()}
     shader.append("token outputs:out")
@@ -136,7 +143,27 @@ def _map_shaders(path: str, file: str, low: float, high: float) -> list[str]:
     ]
 
 
-def _scene(tree: Mapping[str, Any], materials: Mapping[str, str], package: Package) -> list[str]:
+def _rough_shaders(path: str, file: str) -> list[str]:
+    return [
+        'def Shader "rough_map"',
+        "{",
+        '    uniform token info:id = "ND_image_vector3"',
+        f"    asset inputs:file = @{file}@ (",
+        '        colorSpace = "raw"',
+        "    )",
+        "    float3 outputs:out",
+        "}",
+        'def Shader "rough"',
+        "{",
+        '    uniform token info:id = "ND_extract_vector3"',
+        f"    float3 inputs:in.connect = <{path}/rough_map.outputs:out>",
+        "    int inputs:index = 1",
+        "    float outputs:out",
+        "}",
+    ]
+
+
+def _scene(tree: Mapping[str, Any], folder: Path, materials: Mapping[str, str], package: Package) -> list[str]:
     camera = tree["camera"]
     eye, target = (np.asarray(camera[key], dtype=np.float64) for key in ("position", "target"))
     distance = float(np.linalg.norm(eye - target))
@@ -147,30 +174,45 @@ def _scene(tree: Mapping[str, Any], materials: Mapping[str, str], package: Packa
         if surface is None:
             package.drop(f"{item['name']}: the shape {next(iter(item['shape']))} is not written")
             continue
-        for key in ("transform", "instances", "bump", "priority", "uv"):
-            if item.get(key) not in (None, 0, {}, []):
-                package.drop(f"{item['name']}: {key} is not written")
+        told_item(item, package)
         material = materials.get(name)
         if material is None:
             material = prim_name(f"{name}_plain")
-            lines += _plain_material(material, item["surface"], package)
+            lines += _plain_material(material, item["surface"], folder, package)
         lines += _mesh(f"{prim_name(name)}_shape", surface.mesh(extent=20.0 * distance), material)
+    told_camera(camera, package, lens=True)
     lines += _camera(camera, eye, target, distance)
     for number, light in enumerate(tree["light"]):
         lines += _light(light, number, package)
     return lines
 
 
-def _plain_material(prim: str, surface: Mapping[str, Any], package: Package) -> list[str]:
+def _plain_material(prim: str, surface: Mapping[str, Any], folder: Path, package: Package) -> list[str]:
     ((kind, keys),) = surface.items()
     shader = ['uniform token info:id = "ND_open_pbr_surface_surfaceshader"', "float inputs:specular_weight = 0"]
+    extra: list[str] = []
     if kind == "diffuse":
-        value = keys["reflectance"]
-        if isinstance(value, Mapping):
-            package.drop(f"{prim}: the map or spectrum of its reflectance; 0.5 is written")
-            value = 0.5
-        rgb = [float(value)] * 3 if isinstance(value, int | float) else [float(x) for x in value]
-        shader.append(f"color3f inputs:base_color = {_tuple(rgb)}")
+        found = reflectance_of(keys["reflectance"], folder)
+        file = None
+        if found.spectrum is not None:
+            told_spectrum(prim, package)
+        if found.picture is not None:
+            file = picture_file(prim, found, package, (".png", ".jpg", ".jpeg", ".exr", ".hdr"), "usd")
+        if file is None:
+            shader.append(f"color3f inputs:base_color = {_tuple(found.rgb)}")
+        else:
+            space = "lin_rec709" if file.endswith((".exr", ".hdr")) else "srgb_texture"
+            shader.append(f"color3f inputs:base_color.connect = </World/{prim}/picture.outputs:out>")
+            extra = [
+                'def Shader "picture"',
+                "{",
+                '    uniform token info:id = "ND_image_color3"',
+                f"    asset inputs:file = @{file}@ (",
+                f'        colorSpace = "{space}"',
+                "    )",
+                "    color3f outputs:out",
+                "}",
+            ]
     else:
         white = color.illuminant(keys["illuminant"]).white() * float(keys["radiance"])
         rgb = np.maximum(color.rgb_matrix("linear-srgb") @ white, 0.0).tolist()
@@ -185,6 +227,7 @@ def _plain_material(prim: str, surface: Mapping[str, Any], package: Package) -> 
         "    {",
         *(f"        {line}" for line in [*shader, "token outputs:out"]),
         "    }",
+        *_indented(extra),
         "}",
     ]
 
@@ -228,6 +271,10 @@ def _camera(camera: Mapping[str, Any], eye: Floats, target: Floats, distance: fl
         tall = 24.0
         focal = 0.5 * tall / np.tan(0.5 * np.radians(float(camera["fov_deg"])))
         optics = ['token projection = "perspective"', f"float focalLength = {focal:.9g}"]
+        radius = float(camera.get("aperture_radius") or 0.0)
+        if radius > 0.0:  # focalLength counts in tenths of a unit
+            optics.append(f"float fStop = {0.1 * focal / (2.0 * radius):.9g}")
+            optics.append(f"float focusDistance = {float(camera.get('focus_distance', distance)):.9g}")
     return [
         'def Camera "camera"',
         "{",
@@ -244,12 +291,11 @@ def _camera(camera: Mapping[str, Any], eye: Floats, target: Floats, distance: fl
 def _light(light: Mapping[str, Any], number: int, package: Package) -> list[str]:
     ((kind, keys),) = light.items()
     if kind != "environment":
-        package.drop(f"light {number}: the {kind} is not written")
-        return []
+        return _lamp(kind, keys, number, package)
     radiance = float(keys.get("radiance", 1.0))
     body = [f"float inputs:intensity = {radiance:.9g}"]
     if "illuminant" in keys:
-        rgb = np.maximum(color.rgb_matrix("linear-srgb") @ color.illuminant(keys["illuminant"]).white(), 0.0)
+        rgb = lamp_rgb(keys["illuminant"])
         body.append(f"color3f inputs:color = {_tuple(rgb)}")
         if keys["illuminant"] != "D65":
             package.drop(
@@ -263,6 +309,46 @@ def _light(light: Mapping[str, Any], number: int, package: Package) -> list[str]
     else:
         package.drop(f"light {number}: the built-in {keys.get('builtin')}; a white dome is written")
     return [f'def DomeLight "light_{number}"', "{", *(f"    {line}" for line in body), "}"]
+
+
+def _lamp(kind: str, keys: Mapping[str, Any], number: int, package: Package) -> list[str]:
+    """A light without size, or the sun. UsdLux with ``normalize``: a distant light's intensity is its irradiance at normal
+    incidence, a sphere light's is 4 times its intensity towards a side (its luminance over 4 pi r^2, seen as pi r^2)."""
+    value = float(keys["irradiance"] if kind in ("sun", "directional") else keys["intensity"])
+    if keys["illuminant"] != "D65":
+        package.drop(
+            f"light {number}: the spectrum of {keys['illuminant']}: three numbers hold its colour, not its lines"
+        )
+    if keys.get("polarized_deg") is not None:
+        package.drop(f"light {number}: its polarisation")
+    body = [f"color3f inputs:color = {_tuple(lamp_rgb(keys['illuminant']))}", "bool inputs:normalize = 1"]
+    if kind in ("sun", "directional"):
+        angle = float(keys["angular_diameter_deg"]) if kind == "sun" else 0.0
+        body += [f"float inputs:intensity = {value:.9g}", f"float inputs:angle = {angle:.9g}"]
+        back = np.asarray(keys["direction"], dtype=np.float64)
+        place, schema = np.zeros(3), "DistantLight"
+    else:
+        body += [f"float inputs:intensity = {4.0 * value:.9g}", "bool treatAsPoint = 1", "float inputs:radius = 0.001"]
+        place, schema = np.asarray(keys["position"], dtype=np.float64), "SphereLight"
+        back = place - np.asarray(keys["target"], dtype=np.float64) if kind == "spot" else np.array([0.0, 0.0, 1.0])
+    if kind == "spot":
+        inner = 0.5 * float(keys["cone_deg"])
+        outer = inner + float(keys["soft_deg"])
+        body += [f"float inputs:shaping:cone:angle = {outer:.9g}"]
+        body += [f"float inputs:shaping:cone:softness = {(outer - inner) / outer:.9g}"]
+    back = back / np.linalg.norm(back)
+    up = np.array([0.0, 0.0, -1.0] if np.hypot(back[0], back[2]) < 1e-6 else [0.0, 1.0, 0.0])
+    right = np.cross(up, back) / np.linalg.norm(np.cross(up, back))
+    rows = np.eye(4)
+    rows[0, :3], rows[1, :3], rows[2, :3], rows[3, :3] = right, np.cross(back, right), back, place
+    body += [
+        f"matrix4d xformOp:transform = ( {', '.join(_tuple(row) for row in rows)} )",
+        'uniform token[] xformOpOrder = ["xformOp:transform"]',
+    ]
+    head = [f'def {schema} "light_{number}"']
+    if kind == "spot":
+        head = [f'def {schema} "light_{number}" (', '    prepend apiSchemas = ["ShapingAPI"]', ")"]
+    return [*head, "{", *(f"    {line}" for line in body), "}"]
 
 
 def _indented(lines: Iterable[str]) -> list[str]:
