@@ -93,8 +93,8 @@ impl Film {
         simd::level().map_err(|error| ThicknessError { key: simd::VARIABLE, message: error.message() })?;
         let p = &parameters;
         let grid = Grid::new(p.shape, p.columns, p.rows);
-        let longest = p.noise_length_m[0];
-        let noise = chance::waves(&grid, p.seed, Purpose::Thickness, NOISE_WAVES, longest, p.noise_length_m[1]);
+        let longest = p.noise_longest_m;
+        let noise = chance::waves(&grid, p.seed, Purpose::Thickness, NOISE_WAVES, longest, p.noise_shortest_m);
         let mut h = at_cells(&grid, |place| chance::sum(&noise, place));
         // Exactly the mean and the spread that were asked for, and nowhere less than a fifth of the mean.
         let area = grid.total_area();

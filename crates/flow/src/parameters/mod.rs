@@ -1,0 +1,223 @@
+//! Every number that a film follows: reading, changing and checking them.
+
+use crate::grid::Shape;
+use iridesce_thickness::ThicknessError;
+
+mod presets;
+mod table;
+
+pub use presets::PRESETS;
+pub use table::Parameters;
+
+/// Most cells of a grid: 4096 x 2048.
+const MOST_CELLS: usize = 1 << 23;
+
+/// Parameters that may change while a film flows, by the names of [`Parameters::listed`]. The others say what the
+/// film is, or are counted from its start.
+pub const CHANGEABLE: [&str; 10] = [
+    "gravity_m_s2",
+    "tilt_deg",
+    "shake_m_s2",
+    "shake_hz",
+    "viscosity_pa_s",
+    "wind_m_s",
+    "eddies_m_s",
+    "evaporation_nm_s",
+    "humidity",
+    "rupture_nm",
+];
+
+impl Parameters {
+    /// The same film on another number of columns, with rows to match: cells stay as square as they were.
+    pub fn with_columns(self, columns: usize) -> Parameters {
+        let rows = (self.rows as f64 * columns as f64 / self.columns as f64).round() as usize;
+        Parameters { columns, rows, ..self }
+    }
+
+    /// Refuses what no film can be, and a grid that cannot hold it.
+    pub fn check(&self) -> Result<(), ThicknessError> {
+        let wrong = |key: &'static str, message: String| Err(ThicknessError { key, message });
+        for (key, value) in self.shape_numbers().into_iter().chain(self.numbers()) {
+            if let Some(rule) = table::allowed(key).broken_by(value) {
+                return wrong(key, format!("must be {rule}, got {value:?}"));
+            }
+        }
+        if let Shape::Sphere { rim_deg, .. } = self.shape
+            && !(20.0..=160.0).contains(&rim_deg)
+            && rim_deg != 180.0
+        {
+            return wrong("rim_deg", format!("must be 180 for a whole sphere, else from 20 to 160, got {rim_deg:?}"));
+        }
+        match self.shape {
+            Shape::Plane { .. } if self.tilt_deg > 90.0 => {
+                return wrong("tilt_deg", format!("must be from 0 (vertical) to 90 (level), got {:?}", self.tilt_deg));
+            }
+            Shape::Sphere { .. } if self.tilt_deg != 0.0 => {
+                return wrong(
+                    "tilt_deg",
+                    format!("must be 0 for a bubble, which has no frame, got {:?}", self.tilt_deg),
+                );
+            }
+            _ => {}
+        }
+        for (key, value, least) in [("columns", self.columns, 16), ("rows", self.rows, 8)] {
+            if !(least..=16384).contains(&value) {
+                return wrong(key, format!("must be from {least} to 16384 cells, got {value}"));
+            }
+        }
+        // Each cell takes about 250 bytes.
+        if self.columns * self.rows > MOST_CELLS {
+            let message =
+                format!("times rows must be at most {MOST_CELLS} cells, got {} x {}", self.columns, self.rows);
+            return wrong("columns", message);
+        }
+        if !self.columns.is_multiple_of(2) {
+            return wrong("columns", format!("must be even, got {}", self.columns));
+        }
+        if !(0.0..1.0).contains(&self.patch_ratio) && self.regeneration > 0.0 {
+            return wrong("patch_ratio", format!("must be below 1, got {:?}", self.patch_ratio));
+        }
+        if self.noise > 0.35 {
+            return wrong("noise", format!("must be at most 0.35 of the mean, got {:?}", self.noise));
+        }
+        if self.noise_shortest_m > self.noise_longest_m {
+            return wrong(
+                "noise_shortest_m",
+                format!("must not exceed noise_longest_m, {:?}, got {:?}", self.noise_longest_m, self.noise_shortest_m),
+            );
+        }
+        if self.black_m > self.black_below_m {
+            return wrong(
+                "black_nm",
+                format!("must not exceed black_below_nm, {:?}, got {:?}", self.black_below_m * 1e9, self.black_m * 1e9),
+            );
+        }
+        if self.tolerance > 0.1 {
+            return wrong("tolerance", format!("must be at most 0.1, got {:?}", self.tolerance));
+        }
+        if let Shape::Sphere { radius_m, rim_deg } = self.shape
+            && rim_deg == 180.0
+            && self.drop_m > radius_m / 2.0
+        {
+            return wrong(
+                "drop_m",
+                format!("must be at most half the bubble's radius, {radius_m:?}, got {:?}", self.drop_m),
+            );
+        }
+        if self.patches() {
+            let cell = self.cell_m();
+            if self.patch_m < 4.0 * cell {
+                let enough = (self.columns as f64 * 4.0 * cell / self.patch_m / 2.0).ceil() as usize * 2;
+                return wrong(
+                    "columns",
+                    format!(
+                        "must be at least {enough}, so that a patch of {:?} m has 4 cells a radius, got {}",
+                        self.patch_m, self.columns
+                    ),
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether anything regenerates: a rim is needed.
+    pub fn patches(&self) -> bool {
+        let rim = match self.shape {
+            Shape::Sphere { rim_deg, .. } => rim_deg < 180.0 || self.drop_m > 0.0,
+            Shape::Plane { .. } => true,
+        };
+        self.regeneration > 0.0 && rim
+    }
+
+    /// Gravity along the vertical of the film: less where the frame leans, m/s2.
+    pub fn weight(&self) -> f64 {
+        self.gravity * self.tilt_deg.to_radians().cos()
+    }
+
+    /// What a frame that is shaken up and down adds to gravity, m/s2, and the speed at which the air then comes down
+    /// upon it, m/s; means from `time` to `time + dt`, s.
+    pub fn shaken(&self, time: f64, dt: f64) -> [f64; 2] {
+        let rate = std::f64::consts::TAU * self.shake_hz;
+        // The acceleration is a cos(wt) upwards, the speed a sin(wt) / w.
+        let mean = |integral: &dyn Fn(f64) -> f64| (integral(time + dt) - integral(time)) / dt;
+        let speed = mean(&|t| -(rate * t).cos() / rate) / rate;
+        [self.shake * mean(&|t| (rate * t).sin() / rate), self.shake * speed]
+    }
+
+    /// The longer side of a cell where patches form, m.
+    fn cell_m(&self) -> f64 {
+        let (columns, rows) = (self.columns as f64, self.rows as f64);
+        match self.shape {
+            Shape::Sphere { radius_m, rim_deg } if rim_deg < 180.0 => {
+                let rim = rim_deg.to_radians();
+                (radius_m * rim / rows).max(radius_m * rim.sin() * std::f64::consts::TAU / columns)
+            }
+            Shape::Sphere { radius_m, .. } => {
+                let around = self.drop_m.min(radius_m) * std::f64::consts::TAU / columns;
+                (radius_m * std::f64::consts::PI / rows).max(around)
+            }
+            Shape::Plane { width_m, height_m } => (width_m / columns).max(height_m / rows),
+        }
+    }
+
+    fn shape_numbers(&self) -> [(&'static str, f64); 2] {
+        match self.shape {
+            Shape::Sphere { radius_m, rim_deg } => [("radius_m", radius_m), ("rim_deg", rim_deg)],
+            Shape::Plane { width_m, height_m } => [("width_m", width_m), ("height_m", height_m)],
+        }
+    }
+
+    /// Every number by the name it has outside, in the unit that the name says and in a fixed order: what a checkpoint
+    /// remembers. A plane's width and height stand where a sphere has its radius and rim; the seed by its bits.
+    pub fn listed(&self) -> Vec<(&'static str, f64)> {
+        let mut all = self.shape_numbers().to_vec();
+        all.extend([("columns", self.columns as f64), ("rows", self.rows as f64)]);
+        all.extend(self.numbers());
+        all.push(("drains_inside", f64::from(u8::from(self.drains_inside))));
+        // Exact for every seed: its bits, not its value.
+        all.push(("seed", f64::from_bits(self.seed)));
+        all
+    }
+
+    /// Changes one number by the name it has in [`Parameters::listed`]; `humidity` (0 to 1) stands for the evaporation of
+    /// a bubble of this size into still air. Columns, rows and the seed are set by themselves.
+    ///
+    /// ```
+    /// use iridesce_flow::Parameters;
+    /// let mut film = Parameters::preset("late")?;
+    /// film.set("humidity", 0.5)?;
+    /// assert!((film.evaporation * 1e9 - 8.65).abs() < 0.01); // nm/s at a radius of 2.5 cm
+    /// assert!(film.set("viscosty", 1e-3).unwrap_err().message.contains("viscosity_pa_s"));
+    /// # Ok::<(), iridesce_thickness::ThicknessError>(())
+    /// ```
+    pub fn set(&mut self, name: &str, value: f64) -> Result<(), ThicknessError> {
+        match (name, &mut self.shape) {
+            ("radius_m", Shape::Sphere { radius_m: place, .. })
+            | ("rim_deg", Shape::Sphere { rim_deg: place, .. })
+            | ("width_m", Shape::Plane { width_m: place, .. })
+            | ("height_m", Shape::Plane { height_m: place, .. }) => *place = value,
+            ("drains_inside", _) => self.drains_inside = value != 0.0,
+            ("humidity", shape) => {
+                if !(0.0..=1.0).contains(&value) {
+                    let message = format!("must be a relative humidity from 0 to 1, got {value:?}");
+                    return Err(ThicknessError { key: "humidity", message });
+                }
+                let size = match *shape {
+                    Shape::Sphere { radius_m, .. } => radius_m,
+                    Shape::Plane { width_m, height_m } => width_m.min(height_m) / 2.0,
+                };
+                // Diffusion from the outer face; the air within is damp. Vapour: 2.5e-5 m2/s, 17.3 g/m3 at 20 C.
+                self.evaporation = 2.5e-5 * 17.3e-3 * (1.0 - value) / (self.density * size);
+            }
+            _ => {
+                if !self.set_number(name, value) {
+                    let known = self.listed().into_iter().map(|(name, _)| name);
+                    let known: Vec<&str> = known.filter(|k| !["columns", "rows", "seed"].contains(k)).collect();
+                    let message = format!("must be one of {}, humidity, got {name:?}", known.join(", "));
+                    return Err(ThicknessError { key: "parameter", message });
+                }
+            }
+        }
+        Ok(())
+    }
+}

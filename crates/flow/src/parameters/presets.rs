@@ -1,0 +1,125 @@
+//! Films by name.
+
+use crate::grid::Shape;
+use crate::parameters::Parameters;
+use iridesce_thickness::ThicknessError;
+
+/// Presets by name.
+pub const PRESETS: [&str; 16] = [
+    "bubble-on-bath",
+    "bubble-on-bath-preview",
+    "bubble-on-bath-small-preview",
+    "bubble-on-bath-time-lapse",
+    "free-bubble",
+    "free-bubble-preview",
+    "free-bubble-small-preview",
+    "free-bubble-time-lapse",
+    "giant-bubble",
+    "giant-bubble-time-lapse",
+    "late",
+    "late-preview",
+    "late-time-lapse",
+    "vertical-film",
+    "vertical-film-preview",
+    "vertical-film-time-lapse",
+];
+
+impl Parameters {
+    /// A film by name, one of [`PRESETS`].
+    ///
+    /// ```
+    /// use iridesce_flow::Parameters;
+    /// assert_eq!(Parameters::preset("late")?.thickness_m, 260e-9);
+    /// assert!(Parameters::preset("soup").is_err());
+    /// # Ok::<(), iridesce_thickness::ThicknessError>(())
+    /// ```
+    pub fn preset(name: &str) -> Result<Parameters, ThicknessError> {
+        let dome = Parameters::dome();
+        let free = Parameters {
+            shape: Shape::Sphere { radius_m: 0.03, rim_deg: 180.0 },
+            rows: 192,
+            noise: 0.3,
+            noise_longest_m: 0.03 / 4.0,
+            noise_shortest_m: 0.03 / 40.0,
+            patch_m: 2.5e-3,
+            drop_m: 5e-3,
+            wind: 0.15,
+            eddies: 0.1,
+            ..dome.clone()
+        };
+        let giant = Parameters {
+            shape: Shape::Sphere { radius_m: 0.15, rim_deg: 180.0 },
+            thickness_m: 900e-9,
+            noise_longest_m: 0.15 / 4.0,
+            noise_shortest_m: 0.15 / 40.0,
+            patch_m: 10e-3,
+            drop_m: 20e-3,
+            air_length_m: 0.05,
+            wind: 0.3,
+            eddies: 0.15,
+            // Diffusion from a sphere of this radius at half humidity.
+            evaporation: 1.4e-9,
+            ..free.clone()
+        };
+        // 40 spots a second over 10 cm2.
+        let late =
+            Parameters { thickness_m: 260e-9, evaporation: 30e-9, spots: 4e3, spot_below_m: 170e-9, ..dome.clone() };
+        // The middle of a wide frame, 10 cm across before it repeats: its sides are out of sight.
+        let vertical = Parameters {
+            shape: Shape::Plane { width_m: 0.1, height_m: 0.06 },
+            columns: 320,
+            rows: 192,
+            thickness_m: 700e-9,
+            noise_longest_m: 0.01,
+            noise_shortest_m: 0.001,
+            evaporation: 10e-9,
+            ..dome.clone()
+        };
+        // Previews: as fine as one core can show in real time at 30 pictures/s, steps of a picture or half of one. Patches
+        // have 4 cells a radius; what regenerates does not depend on their size.
+        let dome_preview = |columns: usize| Parameters {
+            patch_m: 0.64 / columns as f64,
+            noise_longest_m: 0.025 / 4.0,
+            noise_shortest_m: 0.16 / columns as f64,
+            step_s: if columns < 256 { 1.0 / 30.0 } else { 1.0 / 60.0 },
+            tolerance: 1e-3,
+            ..dome.clone().with_columns(columns)
+        };
+        let free_preview = |columns: usize| Parameters {
+            patch_m: 0.77 / columns as f64,
+            noise_longest_m: 0.03 / 4.0,
+            noise_shortest_m: 0.19 / columns as f64,
+            step_s: 1.0 / 30.0,
+            tolerance: 1e-3,
+            ..free.clone().with_columns(columns)
+        };
+        match name {
+            "bubble-on-bath-preview" => Ok(dome_preview(256)),
+            "bubble-on-bath-small-preview" => Ok(dome_preview(128)),
+            // A whole sphere has twice the rows of a dome: at 256 columns it fell behind on one core.
+            "free-bubble-preview" => Ok(free_preview(192)),
+            "free-bubble-small-preview" => Ok(free_preview(128)),
+            "late-preview" => {
+                let Parameters { thickness_m, evaporation, spots, spot_below_m, .. } = late;
+                Ok(Parameters { thickness_m, evaporation, spots, spot_below_m, ..dome_preview(256) })
+            }
+            "vertical-film-preview" => {
+                Ok(Parameters { patch_m: 2.2e-3, step_s: 1.0 / 30.0, tolerance: 1e-3, ..vertical.with_columns(192) })
+            }
+            "vertical-film" => Ok(vertical),
+            "vertical-film-time-lapse" => Ok(Parameters { regeneration: 0.4, ..vertical }),
+            "bubble-on-bath" => Ok(dome),
+            "bubble-on-bath-time-lapse" => Ok(Parameters { regeneration: 0.4, wind: 0.03, ..dome }),
+            "free-bubble" => Ok(free),
+            "free-bubble-time-lapse" => Ok(Parameters { regeneration: 0.4, ..free }),
+            "giant-bubble" => Ok(giant),
+            "giant-bubble-time-lapse" => Ok(Parameters { regeneration: 0.4, evaporation: 30e-9, ..giant }),
+            "late" => Ok(late),
+            "late-time-lapse" => Ok(Parameters { regeneration: 0.5, ..late }),
+            _ => {
+                let message = format!("must be one of {}, got {name:?}", PRESETS.join(", "));
+                Err(ThicknessError { key: "preset", message })
+            }
+        }
+    }
+}
