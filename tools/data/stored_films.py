@@ -23,8 +23,8 @@ STORED = {"free-bubble": (0.8, 1), "bubble-on-bath": (4.0, 1), "vertical-film": 
 def main() -> None:
     for preset, (time_s, seed) in STORED.items():
         start = time.perf_counter()
-        columns = int(_core.Flow(preset, None, seed, [], None).thickness_nm().shape[1])
-        film = _core.Flow(preset, None, seed, [], None)
+        columns = int(_core.Flow(preset, None, seed, [], None, None).thickness_nm().shape[1])
+        film = _core.Flow(preset, None, seed, [], None, None)
         for step in range(1, round(time_s / 0.005) + 1):
             film.advance_to(step * 0.005)
         steps = np.round(film.map() / STEP_NM)

@@ -136,6 +136,11 @@ impl Grid {
         matches!(self.shape, Shape::Plane { .. })
     }
 
+    /// Whether the last column's neighbour is the first.
+    pub fn closes(&self) -> bool {
+        true
+    }
+
     /// The middle of a cell: on the unit sphere (z up), or x and height on the plane, m.
     pub fn place(&self, row: usize, column: usize) -> [f64; 3] {
         self.place_of(self.polar[row], self.azimuth[column], (column as f64 + 0.5) * self.width[row], self.height[row])

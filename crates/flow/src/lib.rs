@@ -21,6 +21,7 @@ mod grid;
 mod near;
 mod parameters;
 mod spectral;
+mod start;
 mod tension;
 mod transport;
 mod viscosity;
@@ -29,7 +30,7 @@ mod viscosity;
 mod laws;
 
 pub use error::FlowError;
-pub use film::{Books, Film, State};
+pub use film::{Books, Film, State, Summary};
 pub use films::{FilmRun, Films, MOST_SECONDS};
 pub use grid::Shape;
 pub use parameters::{CHANGEABLE, PRESETS, Parameters};

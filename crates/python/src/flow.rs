@@ -28,12 +28,16 @@ impl Flow {
         seed: u64,
         changes: Vec<(String, f64)>,
         checkpoint: Option<Vec<u8>>,
+        initial: Option<PyRef<'_, crate::thickness::ThicknessMap>>,
     ) -> Result<Flow> {
         let parameters = parameters(preset, columns, seed, &changes)?;
+        let initial = initial.map(|map| map.inner.clone());
         let film = beside(py, Long::default(), |_| -> std::result::Result<Film, FlowError> {
-            Ok(match checkpoint {
-                Some(bytes) => Film::resume(parameters, &bytes)?,
-                None => Film::new(parameters)?,
+            Ok(match (checkpoint, initial) {
+                (Some(bytes), None) => Film::resume(parameters, &bytes)?,
+                (Some(bytes), Some(initial)) => Film::resume(parameters.starting_from(&initial), &bytes)?,
+                (None, Some(initial)) => Film::starting_from(parameters, &initial)?,
+                (None, None) => Film::new(parameters)?,
             })
         })??;
         Ok(Flow { inner: Mutex::new(film) })
@@ -87,6 +91,25 @@ impl Flow {
         }
         facts.set_item("ruptured_s", state.ruptured_s)?;
         Ok(facts)
+    }
+
+    /// A row of `history`: time, mean, least, greatest, black share, and the shares of the first volume that went each
+    /// way.
+    fn summary(&self, py: Python<'_>) -> Result<[f64; 9]> {
+        let film = locked(py, &self.inner)?;
+        let film = &*film;
+        let s = beside(py, Long::default(), |_| film.summary())?;
+        let ways = [s.evaporated, s.swallowed, s.blackened, s.drained];
+        let [evaporated, swallowed, blackened, drained] = ways;
+        Ok([s.time_s, s.mean_nm, s.min_nm, s.max_nm, s.black_share, evaporated, swallowed, blackened, drained])
+    }
+
+    /// Height in m, mean, least and greatest thickness in nm, row by row from the top.
+    fn profile<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f64>>> {
+        let film = locked(py, &self.inner)?;
+        let film = &*film;
+        let rows = beside(py, Long::default(), |_| film.profile())?;
+        Ok(rows.concat().into_pyarray(py).reshape([rows.len(), 4])?)
     }
 
     fn checkpoint<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {

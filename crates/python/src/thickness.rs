@@ -111,7 +111,7 @@ fn map_array(py: Python<'_>, map: InnerMap) -> Result<Bound<'_, PyArray2<f64>>> 
 /// A grid of thicknesses.
 #[pyclass(frozen, module = "iridesce._core")]
 pub struct ThicknessMap {
-    inner: InnerMap,
+    pub(crate) inner: InnerMap,
 }
 
 #[pymethods]

@@ -7,14 +7,25 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
 from iridesce._progress import Tell, Told, check_progress, watched
 from iridesce.arguments.scalars import number, whole
-from iridesce.thickness.thickness_map import ThicknessMap
+from iridesce.thickness.thickness_map import ThicknessMap, array, refuse_where
 
 _MAX_SEED = 2**64 - 1
+# A row of `Simulation.history`, and of `Simulation.profile`.
+_HISTORY = np.dtype(
+    [
+        (name, np.float64)
+        for name in (
+            *("time_s", "mean_nm", "min_nm", "max_nm", "black_share"),
+            *("evaporated", "swallowed", "blackened", "drained"),
+        )
+    ]
+)
+_PROFILE = np.dtype([(name, np.float64) for name in ("height_m", "mean_nm", "min_nm", "max_nm")])
 # Beyond this a frame's number times its length is no longer a time to the nanosecond.
 _MAX_SECONDS = 1e6
 
@@ -49,6 +60,7 @@ class Simulation(Iterator[Frame]):
         self._rate = frames_per_second
         self._next = first
         self._progress = progress
+        self._history: list[tuple[float, ...]] = []
         # A frame that rounding puts just past the end is the last one.
         self._count = math.floor(time_s * frames_per_second + 1e-9) + 1
 
@@ -58,6 +70,7 @@ class Simulation(Iterator[Frame]):
         with watched(self._progress, "flowing") as tell:
             self._core.advance_to(self._next / self._rate, None if tell is None else self._over_all_frames(tell))
         self._next += 1
+        self._history.append(tuple(self._core.summary()))
         return Frame(float(self.facts["time_s"] or 0.0), self._core.thickness_nm())
 
     def _over_all_frames(self, tell: Tell) -> Tell:
@@ -95,6 +108,40 @@ class Simulation(Iterator[Frame]):
         True
         """
         return self._core.facts()
+
+    @property
+    def history(self) -> NDArray[np.void]:
+        """How thick the film was in each frame made so far, and where its liquid went: a structured array.
+
+        ``time_s``; ``mean_nm`` over the area, ``min_nm`` and ``max_nm`` of its cells; ``black_share``, the share of the
+        area thinner than ``black_below_nm``; ``evaporated``, ``swallowed`` (by the meniscus), ``blackened`` (out of film
+        that turned black) and ``drained`` (down between the faces), shares >= 0 of the first volume: with the mean over
+        the first mean they sum to 1. After a checkpoint it begins with the frame after that; the shares are those since
+        the film's own start.
+
+        >>> film = simulate("late", time_s=0.1, frames_per_second=20)
+        >>> _ = list(film)
+        >>> film.history["time_s"].round(2).tolist()
+        [0.0, 0.05, 0.1]
+        >>> kept = film.history["mean_nm"] / film.history["mean_nm"][0]
+        >>> gone = sum(film.history[way] for way in ("evaporated", "swallowed", "blackened", "drained"))
+        >>> bool(abs(kept + gone - 1.0).max() < 1e-12)
+        True
+        """
+        return np.array(self._history, dtype=_HISTORY)
+
+    def profile(self) -> NDArray[np.void]:
+        """The film now, row by row from the top: a structured array of ``height_m`` (of a row's middle above the film's
+        lowest place), ``mean_nm``, ``min_nm`` and ``max_nm`` along it.
+
+        Returns  structured array                                                               (rows,)
+        Raises   nothing
+
+        >>> profile = simulate("bubble-on-bath").profile()
+        >>> profile.shape, bool(0.0249 < profile["height_m"][0] < 0.025)
+        ((96,), True)
+        """
+        return np.array([tuple(row) for row in self._core.profile()], dtype=_PROFILE)
 
     @property
     def ruptured_s(self) -> float | None:
@@ -148,6 +195,8 @@ def simulate(
     columns: int | None = None,
     checkpoint: bytes | None = None,
     progress: Told = None,
+    *,
+    initial: ThicknessMap | ArrayLike | None = None,
     **parameters: float,
 ) -> Simulation:
     """A soap film from its physics, frame by frame: gravity, Marangoni tension, air, evaporation, black film.
@@ -163,6 +212,10 @@ def simulate(
     progress           called as ``progress(done, total)`` in steps of the whole run while a frame is made (with
                        ``stage="flowing"`` if it takes that); an exception from it stops the film after a whole step. True
                        draws a bar on stderr
+    initial            thickness at the start instead of noise: a ThicknessMap or an array in nm, rows from top to bottom
+                       (a dome's: from pole to rim, a whole bubble's: from pole to pole), columns from side to side or
+                       around. It is brought onto the film's grid with its volume kept; ``thickness_nm`` is then its
+                       mean. A checkpoint wants it again
     **parameters       any number of `Simulation.parameters` but ``columns`` and ``rows``, in the unit of its name;
                        ``humidity`` (0 to 1) instead of ``evaporation_nm_s``
     Returns            Simulation, an iterator of Frame: time in s and thickness in nm
@@ -175,6 +228,9 @@ def simulate(
     ...     print(round(time_s, 2), thickness_nm.shape, round(float(thickness_nm.max())) > 800)
     0.0 (96, 384) True
     0.05 (96, 384) True
+    >>> wedge = simulate("vertical-film", initial=[[200.0], [300.0], [400.0]])
+    >>> round(wedge.parameters["thickness_nm"], 9), next(wedge).thickness_nm[[0, -1], 0].round().tolist()
+    (300.0, [200.0, 400.0])
     """
     if preset not in _core.flow_presets():
         raise ValueError(f"preset must be one of {', '.join(_core.flow_presets())}, got {preset!r:.60}")
@@ -189,7 +245,8 @@ def simulate(
     changes = [(name, number(name, value)) for name, value in parameters.items()]
     if not (checkpoint is None or isinstance(checkpoint, bytes)):
         raise ValueError(f"checkpoint must be bytes or None, got {type(checkpoint).__name__}")
-    core = _core.Flow(preset, columns, whole("seed", seed, 0, _MAX_SEED), changes, checkpoint)
+    start = _initial(initial, parameters)
+    core = _core.Flow(preset, columns, whole("seed", seed, 0, _MAX_SEED), changes, checkpoint, start)
     first = 0
     if checkpoint is not None:
         reached = float(core.facts()["time_s"] or 0.0)
@@ -200,6 +257,21 @@ def simulate(
                 "give the one that it was made with"
             )
     return Simulation(core, end, rate, first, progress)
+
+
+def _initial(initial: ThicknessMap | ArrayLike | None, parameters: dict[str, float]) -> _core.ThicknessMap | None:
+    if initial is None:
+        return None
+    for name in ("thickness_nm", "noise"):
+        if name in parameters:
+            raise ValueError(f"initial and {name} exclude each other: the thickness at the start is given, got both")
+    values = initial.thickness_nm if isinstance(initial, ThicknessMap) else array("initial", initial)
+    if values.ndim != 2 or 0 in values.shape:
+        raise ValueError(f"initial must have the shape (rows, columns), both >= 1, got {values.shape}")
+    refuse_where(~(np.isfinite(values) & (values >= 0.0)), values, "initial must be finite and >= 0, in nm")
+    if not values.any():
+        raise ValueError("initial must hold some liquid, got 0.0 everywhere")
+    return _core.ThicknessMap(np.ascontiguousarray(values))
 
 
 def presets() -> list[str]:

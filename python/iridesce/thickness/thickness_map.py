@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import operator
 import os
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from iridesce import _core
 from iridesce.arguments.scalars import file_name, number
 from iridesce.files.report import ReadReport, of_core
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _TIFF = (".tif", ".tiff")
 _ENDINGS = (*_TIFF, ".exr", ".npy")
@@ -178,6 +181,47 @@ class ThicknessMap:
         else:
             content = self._tiff_bytes(pixel_size, unit)
         _core.write_file(name, content)
+
+    def color(
+        self, medium: Any = "soap", substrate: Any = "air", *, space: str = "srgb", **how: Any
+    ) -> NDArray[np.float64]:
+        """Colour of a film as thick as this in air, cell by cell: a picture of it.
+
+        medium, substrate  of the film and below it, as a `Stack` takes them
+        space, **how       as in `Stack.color`: ``angle_deg``, ``illuminant``, ``observer``, ``gamut``, ...
+        Returns            float64                                                          (height, width, 3)
+        Raises             ValueError as there
+
+        >>> ThicknessMap([[0.0, 100.0], [200.0, 300.0]]).color()[:, :, 1].round(2).tolist()
+        [[0.0, 0.31], [-0.02, 0.31]]
+        """
+        from iridesce.optics.layer import Layer
+        from iridesce.stack import Stack
+
+        return Stack(["air", Layer(medium, thickness_nm=self._thickness_nm), substrate]).color(space=space, **how)
+
+    def plot(self, ax: Axes | None = None, *, title: str | None = None) -> Axes:
+        """The map in false colours with its scale in nm.
+
+        ax       matplotlib Axes; None makes a figure
+        title    None: the range in words; ``""``: none
+        Returns  the Axes
+        Raises   ImportError naming the extra where matplotlib is missing
+
+        >>> ThicknessMap([[100.0, 200.0], [300.0, 400.0]]).plot().get_title()
+        '100 to 400 nm'
+        """
+        import matplotlib.pyplot as plt
+
+        if ax is None:
+            _, ax = plt.subplots(layout="constrained")
+        shown = ax.imshow(self._thickness_nm, cmap="viridis", interpolation="nearest")
+        ax.figure.colorbar(shown, ax=ax, label="thickness (nm)", shrink=0.85)
+        if title is None:
+            title = f"{float(self._thickness_nm.min()):.4g} to {float(self._thickness_nm.max()):.4g} nm"
+        ax.set_title(title)
+        ax.set(xlabel="column", ylabel="row")
+        return ax
 
     def _tiff_bytes(self, pixel_size: float | tuple[float, float] | None, unit: str) -> bytes:
         import tifffile

@@ -245,6 +245,100 @@ def test_the_verb_refuses_what_cannot_be(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run"]
 
 
+def test_history_and_profiles_are_the_film_s_own(tmp_path: Path) -> None:
+    film = simulate("late", time_s=0.4, frames_per_second=10, columns=192, patch_m=4e-3, regeneration=0.5)
+    assert film.history.shape == (0,)
+    means = []
+    for frame in film:
+        edges = np.cos(np.linspace(0.0, np.pi / 2, len(frame.thickness_nm) + 1))
+        area = (edges[:-1] - edges[1:])[:, None] * np.ones(frame.thickness_nm.shape)
+        means.append(np.average(frame.thickness_nm, weights=area))
+        last = film.history[-1]
+        black = np.average(frame.thickness_nm < film.parameters["black_below_nm"], weights=area)
+        assert last["black_share"] == pytest.approx(black, abs=1e-12)
+        assert (last["min_nm"], last["max_nm"]) == pytest.approx((frame.thickness_nm.min(), frame.thickness_nm.max()))
+        profile = film.profile()
+        assert np.allclose(profile["mean_nm"], frame.thickness_nm.mean(axis=1), rtol=1e-12)
+        middles = (np.arange(48) + 0.5) * np.pi / 2 / 48
+        assert np.allclose(profile["height_m"], 0.025 * np.cos(middles), atol=1e-12)
+    history = film.history
+    assert history.dtype.names == (
+        *("time_s", "mean_nm", "min_nm", "max_nm", "black_share"),
+        *("evaporated", "swallowed", "blackened", "drained"),
+    )
+    assert history["time_s"].tolist() == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])
+    assert history["mean_nm"] == pytest.approx(means, rel=1e-12)
+    ways = [history[way] for way in ("evaporated", "swallowed", "blackened", "drained")]
+    assert all((way >= 0.0).all() and way[-1] > 0.0 for way in ways)
+    assert np.abs(history["mean_nm"] / history["mean_nm"][0] + sum(ways) - 1.0).max() < 1e-12
+    # The verb writes the same, also when it goes on later.
+    words = ("flow", "late", "--fps", "10", "--columns", "192", "--set", "patch_m=4e-3", "--set", "regeneration=0.5")
+    words = (*words, "-o", "run", "--history", "history.csv", "--profiles", "profiles.csv")
+    for more in (("--time", "0.2"), ("--time", "0.4", "--resume")):
+        done = iridesce(*words, *more, folder=tmp_path)
+        assert done.returncode == 0, done.stderr
+    read = np.genfromtxt(tmp_path / "history.csv", delimiter=",", names=True)
+    assert read.dtype.names == history.dtype.names and len(read) == 5
+    for name in read.dtype.names:
+        assert read[name] == pytest.approx(history[name], rel=1e-8, abs=1e-12), name
+    profiles = np.genfromtxt(tmp_path / "profiles.csv", delimiter=",", names=True)
+    assert len(profiles) == 5 * 48 and profiles["mean_nm"][-48:] == pytest.approx(film.profile()["mean_nm"], rel=1e-8)
+    (tmp_path / "history.csv").write_text("time_s,mean_nm\n0,1\n")
+    for wrong, part in [
+        ((*words, "--time", "0.5", "--resume"), "does not hold the rows"),
+        (("flow", "late", "-o", "new", "--history", "history.txt"), "must end in .csv"),
+        (("flow", "late", "-o", "new", "--history", "a.csv", "--profiles", "a.csv"), "the same file"),
+    ]:
+        done = iridesce(*wrong, folder=tmp_path)
+        assert done.returncode in (2, 3) and part in " ".join(done.stderr.split()), done.stderr
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_film_starts_from_a_given_thickness(tmp_path: Path) -> None:
+    def areas(rows: int, preset: str) -> Any:
+        edges = np.cos(np.linspace(0.0, np.pi / 2, rows + 1))
+        return edges[:-1] - edges[1:] if "vertical" not in preset else np.ones(rows)
+
+    rng = np.random.default_rng(3)
+    for preset in ("bubble-on-bath", "vertical-film"):
+        for shape in ((50, 90), (7, 5), (400, 1000)):
+            given = 300.0 + 400.0 * rng.random(shape)
+            given[: shape[0] // 2] += 200.0  # thick on top: rows are not upside down
+            film = simulate(preset, time_s=0.05, frames_per_second=20, initial=given)
+            first = next(film).thickness_nm
+            own = np.average(first.mean(axis=1), weights=areas(len(first), preset))
+            assert own == pytest.approx(np.average(given.mean(axis=1), weights=areas(shape[0], preset)), rel=1e-12)
+            assert film.parameters["thickness_nm"] == pytest.approx(own, rel=1e-12) and film.parameters["noise"] == 0.0
+            assert first.min() > given.min() - 1e-9 and first.max() < given.max() + 1e-9
+            assert first[: len(first) // 2 - 20].mean() > first[len(first) // 2 + 20 :].mean() + 60.0
+            assert film.facts["start_m3"] == pytest.approx(film.facts["volume_m3"])
+    # A frame of one run starts another, as it is; a checkpoint of that one goes on.
+    frame = list(simulate("late", time_s=0.1, frames_per_second=10, **QUICK))[-1].thickness_nm
+    film = simulate("late", time_s=0.2, frames_per_second=10, initial=ThicknessMap(frame), **QUICK)
+    assert np.abs(next(film).thickness_nm - frame).max() < 1e-12
+    content = film.checkpoint()
+    again = simulate("late", time_s=0.2, frames_per_second=10, initial=frame, checkpoint=content, **QUICK)
+    assert np.array_equal(next(again).thickness_nm, next(film).thickness_nm)
+    np.save(tmp_path / "start.npy", frame)
+    done = iridesce(*WORDS, "--time", "0", "-o", "run", "--initial", "start.npy", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    written = ThicknessMap.load(tmp_path / "run" / "frame_00000.tif").thickness_nm
+    assert np.abs(written[:16] - frame).max() < 1e-4
+    nan = [[1.0, float("nan")]]
+    for bad, part in [
+        ({"initial": [1.0, 2.0]}, r"initial must have the shape \(rows, columns\), both >= 1, got \(2,\)"),
+        ({"initial": nan}, r"initial must be finite and >= 0, in nm, got nan at index \(0, 1\)"),
+        ({"initial": [[-1.0]]}, r"got -1\.0 at index \(0, 0\)"),
+        ({"initial": [[0.0]]}, "must hold some liquid"),
+        ({"initial": "soup"}, "initial must be real numbers"),
+        ({"initial": [[1.0]], "noise": 0.1}, "initial and noise exclude each other"),
+        ({"initial": [[1.0]], "thickness_nm": 9.0}, "initial and thickness_nm exclude each other"),
+        ({"initial": [[900.0]], "checkpoint": content, **QUICK}, "thickness_nm"),
+    ]:
+        with pytest.raises(ValueError, match=part):
+            simulate("late", **bad)  # type: ignore[arg-type]
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of files")
 def test_a_disk_that_fills_loses_nothing(tmp_path: Path) -> None:
     import resource

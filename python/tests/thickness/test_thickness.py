@@ -94,6 +94,17 @@ def test_a_map_colours_a_film():
     np.testing.assert_allclose(colors[3, 1], one, rtol=1e-12)
 
 
+def test_a_map_has_a_picture_and_a_plot():
+    grid = ir.thickness.ThicknessMap([[0.0, 100.0, 250.0], [300.0, 400.0, 500.0]])
+    film = ir.Stack(["air", ir.Layer("soap", thickness_nm=grid.thickness_nm), "air"])
+    assert np.array_equal(grid.color(), film.color(space="srgb"))
+    assert np.array_equal(grid.color("MgF2", "water", space="lab", angle_deg=30.0), ir.Stack(
+        ["air", ir.Layer("MgF2", thickness_nm=grid.thickness_nm), "water"]).color(space="lab", angle_deg=30.0))  # fmt: skip
+    ax = grid.plot(title="")
+    assert ax.get_title() == "" and np.array_equal(ax.get_images()[0].get_array(), grid.thickness_nm)
+    assert grid.plot(ax).get_title() == "0 to 500 nm"
+
+
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -1.0, "3", b"3", None, [1.0], 1j, True, 10**400])
 def test_bad_parameters_are_named(bad):
     with pytest.raises(ValueError, match="thickness_nm must be"):

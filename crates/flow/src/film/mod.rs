@@ -5,12 +5,13 @@ use iridesce_thickness::{ThicknessError, ThicknessMap};
 use rayon::prelude::*;
 
 use crate::carry::Carry;
-use crate::chance::{self, Purpose};
+use crate::chance::Purpose;
 use crate::error::FlowError;
 use crate::events::{self, Clock};
 use crate::grid::{Edge, Grid, Shape};
 use crate::parameters::Parameters;
 use crate::spectral::{Spectral, Task, Tridiagonal};
+use crate::start;
 use crate::tension::Tension;
 use crate::transport::{MOST_SUBSTEPS, Transport};
 use crate::viscosity::Viscosity;
@@ -25,7 +26,7 @@ mod state;
 use air::{air, eddies, wind};
 use rows::none;
 pub use sources::drain_inside;
-pub use state::{Books, State};
+pub use state::{Books, State, Summary};
 
 /// A film of liquid that flows. All numbers are f64 and do not depend on the number of threads.
 ///
@@ -63,9 +64,6 @@ pub struct Film {
 /// Parts of a step whose time is told apart.
 const PARTS: [&str; 6] = ["thickness", "sources", "trace and carry", "forces", "tension", "viscosity"];
 
-/// Waves in the thickness at the start.
-const NOISE_WAVES: u64 = 240;
-
 /// Tells the times of parts of a step apart, where somebody gave a clock: a film in a browser has none.
 struct Stopwatch {
     clock: Option<fn() -> f64>,
@@ -91,19 +89,37 @@ impl Film {
     pub fn new(parameters: Parameters) -> Result<Film, ThicknessError> {
         parameters.check()?;
         simd::level().map_err(|error| ThicknessError { key: simd::VARIABLE, message: error.message() })?;
+        let grid = Grid::new(parameters.shape, parameters.columns, parameters.rows);
+        let h = start::noise(&grid, &parameters);
+        Ok(Film::from_thickness(parameters, &grid, h))
+    }
+
+    /// A film at rest whose thickness is given: row 0 on top, the last at the bottom or the rim, columns from one side
+    /// to the other or around. It is brought onto the grid with its volume kept; `thickness_m` and `noise` give way to it
+    /// ([`Parameters::starting_from`]).
+    ///
+    /// ```
+    /// use iridesce_flow::{Film, Parameters};
+    /// use iridesce_thickness::ThicknessMap;
+    /// let wedge = ThicknessMap::new(1, 3, vec![200.0, 300.0, 400.0])?;
+    /// let film = Film::starting_from(Parameters::preset("vertical-film-preview")?, &wedge)?;
+    /// assert!((film.parameters().thickness_m - 300e-9).abs() < 1e-20);
+    /// assert!((film.volume() / (0.1 * 0.06 * 300e-9) - 1.0).abs() < 1e-12);
+    /// # Ok::<(), iridesce_thickness::ThicknessError>(())
+    /// ```
+    pub fn starting_from(parameters: Parameters, initial: &ThicknessMap) -> Result<Film, ThicknessError> {
+        let parameters = parameters.starting_from(initial);
+        parameters.check()?;
+        simd::level().map_err(|error| ThicknessError { key: simd::VARIABLE, message: error.message() })?;
+        let grid = Grid::new(parameters.shape, parameters.columns, parameters.rows);
+        let h = start::resampled(&grid, initial);
+        Ok(Film::from_thickness(parameters, &grid, h))
+    }
+
+    /// A film at rest, with its surfactant in balance with its mean weight.
+    fn from_thickness(parameters: Parameters, grid: &Grid, h: Vec<f64>) -> Film {
         let p = &parameters;
-        let grid = Grid::new(p.shape, p.columns, p.rows);
-        let longest = p.noise_longest_m;
-        let noise = chance::waves(&grid, p.seed, Purpose::Thickness, NOISE_WAVES, longest, p.noise_shortest_m);
-        let mut h = at_cells(&grid, |place| chance::sum(&noise, place));
-        // Exactly the mean and the spread that were asked for, and nowhere less than a fifth of the mean.
         let area = grid.total_area();
-        let mean = grid.integral(&h) / area;
-        let squares: Vec<f64> = h.iter().map(|x| (x - mean).powi(2)).collect();
-        let spread = (grid.integral(&squares) / area).sqrt().max(1e-12);
-        h.iter_mut().for_each(|x| *x = p.thickness_m * (1.0 + p.noise * (*x - mean) / spread).max(0.2));
-        let scale = p.thickness_m / (grid.integral(&h) / area);
-        h.iter_mut().for_each(|x| *x *= scale);
         let weight = if p.elasticity.is_finite() { p.density * p.weight() * p.thickness_m / p.elasticity } else { 0.0 };
         let mean_height = grid.height.iter().zip(&grid.area).map(|(z, a)| z * a).sum::<f64>() * p.columns as f64 / area;
         let s = (0..grid.cells()).map(|k| -weight * (grid.height[k / p.columns] - mean_height)).collect();
@@ -124,7 +140,7 @@ impl Film {
             spots: Vec::new(),
             ruptured_s: None,
         };
-        Ok(Film::from_state(parameters, state))
+        Film::from_state(parameters, state)
     }
 
     /// A film as it is at some time; its liquid and its surfactant are counted afresh if this is its start.
@@ -183,6 +199,45 @@ impl Film {
     /// Volume of the film, m3.
     pub fn volume(&self) -> f64 {
         self.grid.integral(&self.state.h)
+    }
+
+    /// How thick it is and where its liquid went.
+    pub fn summary(&self) -> Summary {
+        let (p, grid, h) = (&self.parameters, &self.grid, &self.state.h);
+        let area = grid.total_area();
+        let black: Vec<f64> = h.iter().map(|&h| f64::from(u8::from(h < p.black_below_m))).collect();
+        let books = self.state.books;
+        // A rounding below zero is none: what a spot frees may come back.
+        let share = |volume: f64| (volume / books.start).max(0.0);
+        Summary {
+            time_s: self.state.time_s,
+            mean_nm: self.volume() / area * 1e9,
+            min_nm: h.iter().copied().fold(f64::INFINITY, f64::min) * 1e9,
+            max_nm: h.iter().copied().fold(0.0, f64::max) * 1e9,
+            black_share: grid.integral(&black) / area,
+            evaporated: share(books.evaporated),
+            swallowed: share(books.swallowed),
+            blackened: share(books.blackened),
+            drained: share(books.drained),
+        }
+    }
+
+    /// Row by row from the top: height of its middle above the lowest place of the film, m; mean, least and greatest
+    /// thickness, nm.
+    pub fn profile(&self) -> Vec<[f64; 4]> {
+        let grid = &self.grid;
+        let lowest = match self.parameters.shape {
+            Shape::Sphere { radius_m, rim_deg } => radius_m * rim_deg.to_radians().cos(),
+            Shape::Plane { .. } => 0.0,
+        };
+        let rows = self.state.h.chunks_exact(grid.columns).zip(&grid.height);
+        rows.map(|(row, height)| {
+            let mean = row.iter().sum::<f64>() / grid.columns as f64;
+            let least = row.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = row.iter().copied().fold(0.0, f64::max);
+            [height - lowest, mean * 1e9, least * 1e9, most * 1e9]
+        })
+        .collect()
     }
 
     /// Thickness now, nm, row 0 on top.
@@ -398,11 +453,6 @@ fn surfactant(grid: &Grid, s: &[f64]) -> f64 {
     let rows: Vec<f64> =
         s.par_chunks_exact(grid.columns).with_min_len(8).map(|row| row.iter().map(|s| s.exp()).sum()).collect();
     rows.iter().zip(&grid.area).map(|(sum, area)| sum * area).sum()
-}
-
-fn at_cells(grid: &Grid, value: impl Fn([f64; 3]) -> f64 + Sync) -> Vec<f64> {
-    let n = grid.columns;
-    (0..grid.cells()).into_par_iter().map(|k| value(grid.place(k / n, k % n))).collect()
 }
 
 /// At a pole the sides of cells have no length, but what flows over it is felt: the velocity of the nearest row.

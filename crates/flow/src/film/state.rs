@@ -24,6 +24,30 @@ impl Books {
     }
 }
 
+/// A film at one time in a few numbers. Volumes are shares of the film's own at the start, so that `mean_nm` over the
+/// first one and the four shares sum to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Summary {
+    /// Time, s.
+    pub time_s: f64,
+    /// Mean thickness over the area, nm.
+    pub mean_nm: f64,
+    /// Least thickness of a cell, nm.
+    pub min_nm: f64,
+    /// Greatest, nm.
+    pub max_nm: f64,
+    /// Share of the area that is thinner than `black_below_m`.
+    pub black_share: f64,
+    /// Into the air.
+    pub evaporated: f64,
+    /// Into the meniscus.
+    pub swallowed: f64,
+    /// Out of film that turned black.
+    pub blackened: f64,
+    /// Down between the faces.
+    pub drained: f64,
+}
+
 /// All that changes in time; see [`Film`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,6 +14,7 @@ from iridesce.cli.answers import note, print_json
 from iridesce.cli.options import JsonOption
 from iridesce.cli.reading import assignment
 from iridesce.cli.run_folder import RunFolder
+from iridesce.files import rows
 from iridesce.files.whole import read_whole, write_whole
 
 if TYPE_CHECKING:
@@ -20,6 +22,13 @@ if TYPE_CHECKING:
 
 # A checkpoint has some hundred bytes for each of its cells, at most 16384 x 8192.
 _MOST_BYTES = 16 << 30
+# Ten thousand frames of a thousand heights.
+_MOST_CSV = 1 << 30
+_HISTORY = (
+    *("time_s", "mean_nm", "min_nm", "max_nm", "black_share"),
+    *("evaporated", "swallowed", "blackened", "drained"),
+)
+_PROFILE = ("time_s", "height_m", "mean_nm", "min_nm", "max_nm")
 _CHECKPOINT = "checkpoint.irflow"
 _FORMATS = ("tif", "exr", "npy")
 
@@ -32,6 +41,30 @@ def verb(
     fps: Annotated[float, typer.Option("--fps", help="Frames per second.")] = 30.0,
     seed: Annotated[int, typer.Option(help="Another seed, another film.")] = 1,
     columns: Annotated[int | None, typer.Option(help="Cells around the bubble; the preset's own if not given.")] = None,
+    initial: Annotated[
+        Path | None,
+        typer.Option(
+            "--initial",
+            metavar="FILE",
+            help="Thickness at the start, a map in nm (.tif, .exr, .npy): rows from top to bottom, a dome's from pole to rim.",
+        ),
+    ] = None,
+    history: Annotated[
+        Path | None,
+        typer.Option(
+            "--history",
+            metavar="FILE.csv",
+            help="Write mean, least and greatest thickness, the black share and where liquid went, a row for each frame.",
+        ),
+    ] = None,
+    profiles: Annotated[
+        Path | None,
+        typer.Option(
+            "--profiles",
+            metavar="FILE.csv",
+            help="Write mean, least and greatest thickness of each height, a row for each frame and height.",
+        ),
+    ] = None,
     format_: Annotated[str, typer.Option("--format", help="Of the frames: tif, exr or npy, all in nm.")] = "tif",
     set_: Annotated[
         list[str] | None,
@@ -44,6 +77,7 @@ def verb(
 ) -> None:
     """Let a soap film flow: thickness frames in nm, over a whole sphere, and a checkpoint to go on from."""
     from iridesce import thickness
+    from iridesce.thickness import ThicknessMap
 
     changes: dict[str, Any] = {key: _real(key, value) for key, value in map(assignment, set_ or [])}
     columns = _columns(columns, changes)
@@ -58,7 +92,23 @@ def verb(
         raise typer.BadParameter("name a folder for the frames", param_hint="-o")
     if format_ not in _FORMATS:
         raise typer.BadParameter(f"must be one of {', '.join(_FORMATS)}, got {format_!r}", param_hint="--format")
-    run = RunFolder.of(output, "a run", preset=preset, fps=fps, seed=seed, columns=columns, format=format_, set=changes)
+    run = RunFolder.of(
+        output,
+        "a run",
+        preset=preset,
+        fps=fps,
+        seed=seed,
+        columns=columns,
+        format=format_,
+        set=changes,
+        initial=None if initial is None else str(initial),
+    )
+    tables = [_Table(path, names) for path, names in ((history, _HISTORY), (profiles, _PROFILE)) if path is not None]
+    if history is not None and profiles is not None and history.resolve() == profiles.resolve():
+        raise typer.BadParameter(f"is the same file as --history, {history}", param_hint="--profiles")
+    for table in tables:
+        rows.check(table.path, (".csv",))
+    start = None if initial is None else ThicknessMap.load(initial)
     checkpoint = None
     if resume:
         run.taken_up()
@@ -67,13 +117,15 @@ def verb(
         checkpoint = read_whole(str(place), _MOST_BYTES) if place.exists() else None
     else:
         run.check_new(may_hold_other_files=True)
-    film = thickness.simulate(preset, time, fps, seed, columns, checkpoint, **changes)
+    film = thickness.simulate(preset, time, fps, seed, columns, checkpoint, initial=start, **changes)
     if checkpoint is not None:
         _check_frames(output, film.frame, format_)
+        for table in tables if film.ruptured_s is None else []:
+            table.take_up([frame / fps for frame in range(film.frame)])
     if checkpoint is None:
         run.start(parameters=_plain(film.parameters))
     try:
-        written = _write(film, output, format_)
+        written = _write(film, output, format_, tables)
     except KeyboardInterrupt:
         note(f"frame {film.frame} was not finished; the same command with --resume goes on from there")
         raise
@@ -99,13 +151,53 @@ def _check_frames(folder: Path, count: int, ending: str) -> None:
             raise ValueError(f"{error}: {why}") from None
 
 
-def _write(film: Simulation, folder: Path, ending: str) -> list[Path]:
+class _Table:
+    """Rows of CSV that grow by one or more with each frame, in a file that is whole after each."""
+
+    def __init__(self, path: Path, names: Sequence[str]) -> None:
+        self.path = path
+        self.names = tuple(names)
+        self._text = ",".join(names) + "\n"
+
+    def take_up(self, times_s: list[float]) -> None:
+        """Go on with the rows of the frames that a run has: none may be missing, later ones are left out."""
+        why = f"{self.path} does not hold the rows of the frames before, which cannot be made again"
+        if not self.path.exists():
+            raise ValueError(f"{why}: there is no such file")
+        lines = read_whole(str(self.path), _MOST_CSV).decode("utf-8", "replace").splitlines(keepends=True)
+        if not lines or lines[0] != self._text:
+            raise ValueError(f"{why}: its first line is not {self._text.strip()}")
+        wanted = {f"{time_s:.10g}" for time_s in times_s}
+        kept = [line for line in lines[1:] if line.split(",")[0] in wanted]
+        if {line.split(",")[0] for line in kept} != wanted:
+            raise ValueError(f"{why}: it has {len(kept)} rows of {len(wanted)} frames")
+        self._text += "".join(kept)
+
+    def add(self, columns: dict[str, list[float]]) -> None:
+        self._text += rows.csv_text(columns).partition("\n")[2]
+        write_whole(self.path, self._text.encode())
+
+
+def _tell(film: Simulation, tables: list[_Table]) -> None:
+    """The frame just made, as rows."""
+    for table in tables:
+        if table.names == _HISTORY:
+            last = film.history[-1]
+            table.add({name: [float(last[name])] for name in _HISTORY})
+        else:
+            profile = film.profile()
+            times = [float(film.history[-1]["time_s"])] * len(profile)
+            table.add({"time_s": times} | {name: profile[name].tolist() for name in _PROFILE[1:]})
+
+
+def _write(film: Simulation, folder: Path, ending: str, tables: list[_Table]) -> list[Path]:
     written = []
     total = film.frame + len(film)
     with progress_bar("flowing", counted=True) as advance:
         for _ in film:
             path = folder / f"frame_{film.frame - 1:05d}.{ending}"
             film.map().save(path)
+            _tell(film, tables)
             write_whole(folder / _CHECKPOINT, film.checkpoint())
             written.append(path)
             advance(film.frame, total)
