@@ -24,6 +24,8 @@ const SPAN: f32 = 14.0;
 const CHUNK: usize = 4096;
 /// Thicknesses that are looked at together.
 const EIGHT: usize = 8;
+/// Steps towards the film nearest to a minimum of the grid, at most.
+const STEPS: usize = 3;
 /// A turning point of colour is no wider than this, nm.
 const WIDEST_NM: f32 = 30.0;
 
@@ -61,6 +63,12 @@ pub struct PixelTable {
     gain: f32,
     haze: [f32; 3],
     clip: [f32; 3],
+    noise: [[f32; 2]; 3],
+    unknown: f32,
+    /// By how much a cost may lie above the minimum beside it, at most, for every eight thicknesses: half a step of so many
+    /// standard deviations.
+    coarse: Vec<f32>,
+    coarsest: f32,
     /// Tempered costs above this are cut: outliers happen.
     floor: f32,
     temper: f32,
@@ -147,16 +155,17 @@ impl PixelTable {
             gain: of.gain,
             haze: of.haze,
             clip: of.clip,
+            noise: of.noise,
+            unknown: of.unknown,
+            coarse: vec![0.0; count.div_ceil(EIGHT)],
+            coarsest: 0.0,
             floor: -(of.outlier.max(1e-30)).ln(),
             temper: of.temper,
             bare: of.cut_at_zero,
         };
         for k in 0..count {
             let m: [f32; 3] = std::array::from_fn(|c| table.model[c][k]);
-            let w: [f32; 3] = std::array::from_fn(|c| {
-                let value = (m[c] + of.haze[c]).max(0.0);
-                1.0 / (of.noise[c][0] + of.noise[c][1] * value + (of.unknown * value).powi(2)).max(1e-14)
-            });
+            let w: [f32; 3] = std::array::from_fn(|c| table.weight_of(c, m[c]));
             for (pattern, known) in table.known.iter_mut().enumerate() {
                 let of = || (0..3).filter(|c| pattern >> c & 1 == 1);
                 let square: f32 = of().map(|c| w[c] * m[c] * m[c]).sum();
@@ -176,11 +185,100 @@ impl PixelTable {
             let along: f32 = (0..3).map(|c| w[c] * m[c] * slope[c]).sum();
             let whole: f32 = (0..3).map(|c| w[c] * slope[c] * slope[c]).sum();
             // Where colour stands still, a minimum is as wide as its curvature makes it, not endless.
-            let sd = (of.temper / (whole - along * along * inverse).max(1e-12)).sqrt().min(WIDEST_NM);
+            let alone = 1.0 / (whole - along * along * inverse).max(1e-12);
+            let coarse = &mut table.coarse[k / EIGHT];
+            *coarse = coarse.max(0.125 * step_nm * step_nm / alone);
+            let sd = (of.temper * alone).sqrt().min(WIDEST_NM);
             table.sd_nm.push(sd);
             table.narrowness.push(-sd.ln());
         }
+        table.coarsest = table.coarse.iter().copied().fold(0.0, f32::max);
         Ok(table)
+    }
+
+    /// Weight of a channel whose film has the light `m`. Channels that a colour matrix has mixed may be below zero: what a model
+    /// does not know of them is a share of their size.
+    #[inline(always)]
+    fn weight_of(&self, c: usize, m: f32) -> f32 {
+        let value = m + self.haze[c];
+        1.0 / (self.noise[c][0] + self.noise[c][1] * value.max(0.0) + (self.unknown * value).powi(2)).max(1e-14)
+    }
+
+    /// Channels beside column `k` by `t` steps, and their change a step: parabolas through three columns.
+    #[inline(always)]
+    fn beside(&self, k: usize, t: f32) -> ([f32; 3], [f32; 3]) {
+        let k = k.clamp(1, self.count - 2);
+        let of = |c: usize| {
+            let (a, b, d) = (self.model[c][k - 1], self.model[c][k], self.model[c][k + 1]);
+            (b, 0.5 * (d - a), a - 2.0 * b + d)
+        };
+        (
+            std::array::from_fn(|c| {
+                let (at, slope, bend) = of(c);
+                at + t * (slope + 0.5 * t * bend)
+            }),
+            std::array::from_fn(|c| {
+                let (_, slope, bend) = of(c);
+                slope + t * bend
+            }),
+        )
+    }
+
+    /// The film nearest to a minimum of the grid: (steps from column `k`, its cost). Steps are too coarse for a parabola through
+    /// costs, whose height is many times their noise's; colours are smooth enough for one.
+    #[inline(always)]
+    fn refined(&self, pixel: [f32; 3], k: usize, start: f32) -> (f32, f32) {
+        let (middle, offset) = (k.clamp(1, self.count - 2), k as f32 - k.clamp(1, self.count - 2) as f32);
+        // Beyond the ends there is no film.
+        let (low, high) = (-(k as f32), (self.count - 1 - k) as f32);
+        let full: [bool; 3] = std::array::from_fn(|c| pixel[c] >= self.clip[c]);
+        let empty: [bool; 3] = std::array::from_fn(|c| self.bare && pixel[c] <= 0.0);
+        let v: [f32; 3] = std::array::from_fn(|c| pixel[c] - self.haze[c]);
+        let mut t = start;
+        for turn in 0..=STEPS {
+            let (m, slope) = self.beside(middle, t + offset);
+            let w: [f32; 3] = std::array::from_fn(|c| self.weight_of(c, m[c]));
+            let (mut square, mut along, mut size) = (self.shading, self.shading, self.shading);
+            for c in 0..3 {
+                if !full[c] && !empty[c] {
+                    square += w[c] * v[c] * v[c];
+                    along += w[c] * m[c] * v[c];
+                    size += w[c] * m[c] * m[c];
+                }
+            }
+            let gain = along / size;
+            // Gauss and Newton, the pixel's own gain taken out.
+            let (mut missing, mut pull, mut stiff, mut turned) = (0.0, 0.0, 0.0, 0.0);
+            for c in 0..3 {
+                let past = if full[c] {
+                    (self.clip[c] - self.haze[c] - gain * m[c]).max(0.0)
+                } else if empty[c] {
+                    (-self.haze[c] - gain * m[c]).min(0.0)
+                } else {
+                    v[c] - gain * m[c]
+                };
+                if full[c] || empty[c] {
+                    missing += w[c] * past * past;
+                    if past == 0.0 {
+                        continue;
+                    }
+                }
+                let change = gain * slope[c];
+                pull += w[c] * change * past;
+                stiff += w[c] * change * change;
+                turned += w[c] * change * m[c];
+            }
+            let stiff = stiff - turned * turned / size;
+            let step = if stiff > 1e-9 { (pull / stiff).clamp(-0.5, 0.5) } else { 0.0 };
+            // A tenth of a standard deviation: nothing is gained beyond.
+            if turn == STEPS || step * step * stiff < 0.01 {
+                let volume: f32 = (0..3).filter(|&c| !full[c] && !empty[c]).map(|c| w[c].ln()).sum();
+                let cost = 0.5 * (square - along * gain + missing) + 0.5 * (size / self.shading).ln() - 0.5 * volume;
+                return (t, cost);
+            }
+            t = (t + step).clamp((-1.0_f32).max(low), 1.0_f32.min(high));
+        }
+        (start, f32::INFINITY)
     }
 
     /// Thickness of a column.
@@ -238,20 +336,15 @@ impl PixelTable {
         Some(())
     }
 
-    /// The local minima of the cost, best first; `scratch` holds a number a thickness.
+    /// Every minimum of some costs that may lie within `reach` of the least: its column, steps from there, its cost.
     #[inline(always)]
-    fn candidates(&self, pixel: [f32; 3], scratch: &mut [f32], out: &mut [Candidate]) {
-        out.fill(NONE);
-        if self.costs(pixel, scratch).is_none() {
-            return;
-        }
+    fn minima(&self, pixel: [f32; 3], scratch: &[f32], reach: f32, mut take: impl FnMut(usize, f32, f32)) {
         let costs = &scratch[..self.count];
-        let least = lowest(costs);
-        // A coarse table's minima lie between its columns: the parabola below tells how deep.
-        let limit = least + (SPAN + 8.0) * self.temper;
-        let mut kept = [(f32::INFINITY, NONE); MOST];
+        // A coarse table's minima lie between its columns.
+        let mut best = lowest(costs);
         let last = costs.len() - 1;
-        for (part, eight) in costs.chunks(EIGHT).enumerate() {
+        for ((part, eight), coarse) in costs.chunks(EIGHT).enumerate().zip(&self.coarse) {
+            let limit = best + reach + 1.5 * coarse;
             if lowest(eight) > limit {
                 continue;
             }
@@ -262,24 +355,46 @@ impl PixelTable {
                 if at > limit || at > before || at >= after {
                     continue;
                 }
-                let (mut shift, mut low) = (0.0, at);
-                if k > 0 && k < last {
-                    let bend = before - 2.0 * at + after;
-                    if bend > 1e-6 {
-                        shift = (0.5 * (before - after) / bend).clamp(-0.5, 0.5);
-                        low = at - 0.25 * (before - after) * shift;
-                    }
-                }
-                // Its mass, not its height: a wide minimum holds more thicknesses.
-                let cost = low / self.temper + self.narrowness[k];
-                let place = kept.iter().position(|one| one.0 > cost).unwrap_or(MOST);
-                if place < MOST {
-                    kept[place..].rotate_right(1);
-                    let thickness_nm = self.thickness_nm(k) + shift * self.step_nm;
-                    kept[place] = (cost, Candidate { thickness_nm, likelihood: 0.0, sd_nm: self.sd_nm[k] });
+                if let Some((shift, low)) = self.between(pixel, [before, at, after], k, best + reach) {
+                    best = best.min(low);
+                    take(k, shift, low);
                 }
             }
         }
+    }
+
+    /// Steps from column `k` to the minimum that three costs enclose, and its cost; `None` where it lies above a limit.
+    #[inline(always)]
+    fn between(&self, pixel: [f32; 3], [before, at, after]: [f32; 3], k: usize, limit: f32) -> Option<(f32, f32)> {
+        let bend = before - 2.0 * at + after;
+        let inner = bend.is_finite() && bend > 1e-6;
+        let start = if inner { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
+        // A parabola through costs errs by a share of their height.
+        if inner && at - 0.25 * (before - after) * start - 0.1 * (before.max(after) - at) > limit {
+            return None;
+        }
+        let (shift, low) = self.refined(pixel, k, start);
+        Some(if low < at { (shift, low) } else { (0.0, at) })
+    }
+
+    /// The local minima of the cost, best first; `scratch` holds a number a thickness.
+    #[inline(always)]
+    fn candidates(&self, pixel: [f32; 3], scratch: &mut [f32], out: &mut [Candidate]) {
+        out.fill(NONE);
+        if self.costs(pixel, scratch).is_none() {
+            return;
+        }
+        let mut kept = [(f32::INFINITY, NONE); MOST];
+        self.minima(pixel, scratch, (SPAN + 8.0) * self.temper, |k, shift, low| {
+            // Its mass, not its height: a wide minimum holds more thicknesses.
+            let cost = low / self.temper + self.narrowness[k];
+            let place = kept.iter().position(|one| one.0 > cost).unwrap_or(MOST);
+            if place < MOST {
+                kept[place..].rotate_right(1);
+                let thickness_nm = self.thickness_nm(k) + shift * self.step_nm;
+                kept[place] = (cost, Candidate { thickness_nm, likelihood: 0.0, sd_nm: self.sd_nm[k] });
+            }
+        });
         // Outliers happen: nothing is worse than the floor.
         let best = kept[0].0;
         for ((cost, one), out) in kept.into_iter().zip(out) {
@@ -295,25 +410,36 @@ impl PixelTable {
         self.costs(pixel, scratch)?;
         let costs = &scratch[..self.count];
         let least = lowest(costs);
-        let place = costs.iter().position(|cost| *cost <= least)?;
+        let mut best = (f32::INFINITY, 0.0, 0);
         let mut sum = 0.0;
-        for cost in costs {
+        let (reach, last) = (self.coarsest.max(17.0), costs.len() - 1);
+        for (k, &at) in costs.iter().enumerate() {
+            if at > least + reach {
+                continue;
+            }
             // Beyond this nothing is added that a float would keep.
-            if *cost < least + 17.0 {
-                sum += (least - cost).exp();
+            if at < least + 17.0 {
+                sum += (least - at).exp();
+            }
+            let before = if k > 0 { costs[k - 1] } else { f32::INFINITY };
+            let after = if k < last { costs[k + 1] } else { f32::INFINITY };
+            if at <= before && at < after {
+                let one = self.between(pixel, [before, at, after], k, best.0.min(least));
+                if let Some((shift, low)) = one.filter(|one| one.1 < best.0) {
+                    best = (low, shift, k);
+                }
             }
         }
-        let (mut shift, mut low) = (0.0, least);
-        if place > 0 && place + 1 < costs.len() {
-            let (before, after) = (costs[place - 1], costs[place + 1]);
-            let bend = before - 2.0 * least + after;
-            if bend > 1e-6 {
-                shift = (0.5 * (before - after) / bend).clamp(-0.5, 0.5);
-                low = least - 0.25 * (before - after) * shift;
-            }
+        let (low, shift, k) = best;
+        if !low.is_finite() {
+            return None;
         }
+        sum *= (low - least).exp();
+        // Where columns are farther apart than a minimum is wide, its mass is that of a normal peak.
+        let width = (2.0 * std::f32::consts::PI / self.temper).sqrt() * self.sd_nm[k] / self.step_nm;
+        let sum = if width < 2.5 { width.max(sum.min(2.5)) } else { sum };
         Some(Nearest {
-            thickness_nm: self.thickness_nm(place) + shift * self.step_nm,
+            thickness_nm: self.thickness_nm(k) + shift * self.step_nm,
             cost: low,
             mean: low - (sum / self.count as f32).ln(),
         })
@@ -322,16 +448,15 @@ impl PixelTable {
     /// Share of one pixel's likelihood within `reach_nm` of a thickness.
     pub fn mass_near(&self, pixel: [f32; 3], thickness_nm: f32, reach_nm: f32, scratch: &mut [f32]) -> Option<f32> {
         self.costs(pixel, scratch)?;
-        let costs = &scratch[..self.count];
-        let least = lowest(costs);
+        let least = lowest(&scratch[..self.count]);
         let (mut near, mut all) = (0.0, 0.0);
-        for (k, cost) in costs.iter().enumerate() {
-            let value = ((least - cost) / self.temper).exp();
+        self.minima(pixel, scratch, SPAN * self.temper, |k, shift, low| {
+            let value = ((least - low) / self.temper).min(80.0).exp() * self.sd_nm[k];
             all += value;
-            if (self.thickness_nm(k) - thickness_nm).abs() <= reach_nm {
+            if (self.thickness_nm(k) + shift * self.step_nm - thickness_nm).abs() <= reach_nm {
                 near += value;
             }
-        }
+        });
         Some(near / all)
     }
 
@@ -342,34 +467,34 @@ impl PixelTable {
 
     /// Channels of a film of unit gain, without haze, and their change per nm.
     pub(crate) fn film_and_slope(&self, thickness_nm: f32) -> ([f32; 3], [f32; 3]) {
+        let (k, t) = self.place(thickness_nm);
+        let (m, slope) = self.beside(k, t);
+        (m.map(|m| m / self.gain), slope.map(|slope| slope / self.gain / self.step_nm))
+    }
+
+    /// The column in whose middle a thickness lies, and steps from there.
+    fn place(&self, thickness_nm: f32) -> (usize, f32) {
         let at = ((thickness_nm - self.first_nm) / self.step_nm).clamp(0.0, (self.count - 1) as f32);
-        let k = (at as usize).min(self.count - 2);
-        let t = at - k as f32;
-        let ends = |c: usize| (self.model[c][k] / self.gain, self.model[c][k + 1] / self.gain);
-        (
-            std::array::from_fn(|c| (1.0 - t) * ends(c).0 + t * ends(c).1),
-            std::array::from_fn(|c| (ends(c).1 - ends(c).0) / self.step_nm),
-        )
+        let k = (at.round() as usize).clamp(1, self.count - 2);
+        (k, at - k as f32)
     }
 
     /// What is left of a pixel when the film of a column and the gain that suits it are taken away, over its noise; NaN for a
     /// channel that is cut.
     pub(crate) fn residual(&self, pixel: [f32; 3], thickness_nm: f32) -> [f32; 3] {
-        let at = ((thickness_nm - self.first_nm) / self.step_nm).clamp(0.0, (self.count - 1) as f32);
-        let k = (at as usize).min(self.count - 2);
-        let t = at - k as f32;
-        let m: [f32; 3] = std::array::from_fn(|c| (1.0 - t) * self.model[c][k] + t * self.model[c][k + 1]);
+        let (k, t) = self.place(thickness_nm);
+        let (m, _) = self.beside(k, t);
         let cut: [bool; 3] =
             std::array::from_fn(|c| pixel[c].is_nan() || pixel[c] >= self.clip[c] || (self.bare && pixel[c] <= 0.0));
         let (mut along, mut size) = (self.shading, self.shading);
         for c in (0..3).filter(|&c| !cut[c]) {
-            let w = self.weight[c][k];
+            let w = self.weight_of(c, m[c]);
             along += w * m[c] * (pixel[c] - self.haze[c]);
             size += w * m[c] * m[c];
         }
         let gain = along / size;
         std::array::from_fn(|c| {
-            let left = (pixel[c] - self.haze[c] - gain * m[c]) * self.weight[c][k].sqrt();
+            let left = (pixel[c] - self.haze[c] - gain * m[c]) * self.weight_of(c, m[c]).sqrt();
             if cut[c] { f32::NAN } else { left }
         })
     }
