@@ -110,6 +110,18 @@ def planes_of_file(
     return planes, spectral
 
 
+def seen_spectra(spectral_stokes: _Array, scene: object) -> _Array:
+    """Spectra as the camera of a scene sees them, through its polariser or none, of the light's Stokes vectors before it."""
+    camera = scene.get("camera") if isinstance(scene, Mapping) else None
+    degrees = camera.get("polarizer_deg") if isinstance(camera, Mapping) else None
+    natural = spectral_stokes[..., 0]
+    if not isinstance(degrees, (int, float)):
+        return np.ascontiguousarray(natural)
+    twice = np.radians(2.0 * degrees)
+    along = np.cos(twice) * spectral_stokes[..., 1] + np.sin(twice) * spectral_stokes[..., 2]
+    return np.ascontiguousarray(0.5 * (natural + along)).astype(np.float32)
+
+
 def xyz_of_file(
     channels: Sequence[tuple[str, _Array, bool]], corners: Sequence[float] | None, name: str
 ) -> npt.NDArray[np.float32]:

@@ -19,6 +19,7 @@ from iridesce._picture_files import (
     file_planes,
     metadata_of_file,
     planes_of_file,
+    seen_spectra,
     xyz_of_file,
 )
 from iridesce.arguments.scalars import file_name, one_of
@@ -120,7 +121,10 @@ class Image:
         planes, spectral = planes_of_file(channels, (xyz.shape[0], xyz.shape[1]))
         first = [planes.pop(key, None) for key in ("depth", "thickness_nm", "normal")]
         whole = cls(xyz, depth=first[0], thickness_nm=first[1], normal=first[2])
-        whole._set(whole._xyz, {**whole._planes, **planes}, spectral, metadata_of_file(facts, name))
+        metadata = metadata_of_file(facts, name)
+        if "spectral_stokes" in spectral:
+            spectral["spectra"] = seen_spectra(spectral["spectral_stokes"], metadata.get("scene"))
+        whole._set(whole._xyz, {**whole._planes, **planes}, spectral, metadata)
         return whole
 
     def _set(self, xyz: _Floats, planes: _Planes, spectral: _Planes, facts: dict[str, Any]) -> None:
@@ -192,7 +196,7 @@ class Image:
     @property
     def spectral_stokes(self) -> _Floats | None:
         """Stokes vectors S0..S3 at each wavelength, float32, (height, width, wavelengths, 4); None unless both spectra and
-        Stokes vectors were asked for. S0 is :attr:`spectra`."""
+        Stokes vectors were asked for. They are those of the light before any polariser: without one, S0 is :attr:`spectra`."""
         return self._spectral.get("spectral_stokes")
 
     @property

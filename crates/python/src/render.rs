@@ -38,6 +38,8 @@ struct Asked {
     until: Option<f64>,
     time_s: Option<f64>,
     shard: Option<[u32; 2]>,
+    spectral_nm: Vec<f64>,
+    stokes: bool,
     keep: Option<Keep>,
 }
 
@@ -45,9 +47,10 @@ struct Asked {
 #[derive(FromPyObject)]
 struct Keep(PathBuf, Vec<u8>, f64, bool);
 
-type Rendered<'py> = (Bound<'py, PyArray3<f32>>, Bound<'py, PyDict>, (u32, u64, f64, String, usize));
+type Rendered<'py> =
+    (Bound<'py, PyArray3<f32>>, Bound<'py, PyDict>, Bound<'py, PyDict>, (u32, u64, f64, String, usize));
 
-/// `(xyz, planes, (samples, seed, seconds, simd, threads))`.
+/// `(xyz, planes, spectral planes, (samples, seed, seconds, simd, threads))`.
 #[pyfunction]
 fn render_scene<'py>(
     py: Python<'py>,
@@ -55,7 +58,7 @@ fn render_scene<'py>(
     asked: Asked,
     progress: Option<Py<PyAny>>,
 ) -> Result<Rendered<'py>> {
-    let Asked { samples, seed, size, threads, crop, until, time_s, shard, keep } = asked;
+    let Asked { samples, seed, size, threads, crop, until, time_s, shard, spectral_nm, stokes, keep } = asked;
     // The threads are those of the pool that it runs in.
     let options = RenderOptions {
         samples,
@@ -66,7 +69,10 @@ fn render_scene<'py>(
         until,
         time_s,
         shard: shard.map(|[number, of]| Shard { number, of }),
+        spectral_nm,
+        stokes,
     };
+    let (wavelengths, has_stokes) = (options.spectral_nm.len(), stokes);
     let keep = keep.map(|Keep(path, head, after_s, resume)| KeepOptions { path, head, after_s, resume });
     let (recipe, context) = (scene.inner.clone(), scene.context.clone());
     let rendered = beside(py, Long { progress, threads }, |watch| -> Result<Framebuffer> {
@@ -91,8 +97,20 @@ fn render_scene<'py>(
     if let Some(alpha) = frame.alpha {
         planes.set_item("alpha", plane(alpha)?)?;
     }
+    let spectral = PyDict::new(py);
+    if let Some(stokes) = frame.stokes {
+        spectral.set_item("stokes", PyArray1::from_vec(py, stokes).reshape([rows, columns, 3, 4])?)?;
+    }
+    if let Some(spectra) = frame.spectra {
+        let values = PyArray1::from_vec(py, spectra);
+        if has_stokes {
+            spectral.set_item("spectral_stokes", values.reshape([rows, columns, wavelengths, 4])?)?;
+        } else {
+            spectral.set_item("spectra", values.reshape([rows, columns, wavelengths])?)?;
+        }
+    }
     let info = frame.info;
-    Ok((triple(frame.xyz)?, planes, (info.samples, info.seed, info.seconds, info.simd, info.threads)))
+    Ok((triple(frame.xyz)?, planes, spectral, (info.samples, info.seed, info.seconds, info.simd, info.threads)))
 }
 
 /// Which render the journal of that name is of, in the words that were given to it; `None` where there is none.

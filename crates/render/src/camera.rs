@@ -61,6 +61,19 @@ impl RayCamera {
         self.polarizer.map(|linear| linear.field(-direction, upright(self.up, direction)))
     }
 
+    /// Its upright, as a ray sees it: across the ray.
+    pub fn upright(&self, direction: Vec3) -> Vec3 {
+        upright(self.up, direction)
+    }
+
+    /// What share of the Stokes components of light (S0 to S3, by the signs of pictures) it passes.
+    pub fn passes(&self) -> [f64; 4] {
+        match &self.polarizer {
+            None => [1.0, 0.0, 0.0, 0.0],
+            Some(linear) => linear.passes(),
+        }
+    }
+
     /// Whether its rays start at different places.
     pub fn is_wide(&self) -> bool {
         self.orthographic || self.lens.is_some()

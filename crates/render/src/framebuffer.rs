@@ -24,6 +24,10 @@ pub struct RenderOptions {
     pub until: Option<f64>,
     /// Passes of samples go on for so many seconds.
     pub time_s: Option<f64>,
+    /// Wavelengths at which radiance is asked for, nm, ascending.
+    pub spectral_nm: Vec<f64>,
+    /// Whether Stokes vectors are asked for.
+    pub stokes: bool,
     /// The share of the tiles that is drawn; elsewhere `samples` and colours are 0.
     pub shard: Option<Shard>,
 }
@@ -31,6 +35,9 @@ pub struct RenderOptions {
 impl RenderOptions {
     /// The most camera rays per pixel: a thousand times what a clean picture needs, so more is a slip of the keyboard.
     pub const MAX_SAMPLES: u32 = 1 << 20;
+
+    /// The most wavelengths of one render.
+    pub const MOST_WAVELENGTHS: usize = 4096;
 
     /// Whether the picture tells when it is done.
     pub fn has_passes(&self) -> bool {
@@ -98,6 +105,11 @@ pub struct Framebuffer {
     /// One minus the pixel's mean transmittance along the unbent straight way to the environment, of pictures without
     /// their backdrop.
     pub alpha: Option<Vec<f32>>,
+    /// Stokes vectors of X, of Y and of Z, twelve floats a pixel: S1 > 0 along the camera's upright, S2 > 0 at 45 degrees from
+    /// it, clockwise in the picture, S3 the V of docs/reference/theory.md.
+    pub stokes: Option<Vec<f32>>,
+    /// Spectral radiance at each wavelength that was asked for, where Stokes vectors are too four floats each.
+    pub spectra: Option<Vec<f32>>,
     /// How it was made.
     pub info: RenderInfo,
 }
@@ -114,6 +126,8 @@ pub(crate) struct TilePlanes {
     pub variance: Vec<f32>,
     pub samples: u32,
     pub alpha: Vec<f32>,
+    pub stokes: Vec<f32>,
+    pub spectra: Vec<f32>,
 }
 
 impl Framebuffer {
@@ -137,8 +151,20 @@ impl Framebuffer {
             variance: single(pixels, 0.0)?,
             samples: plane(pixels, 0, width, height)?,
             alpha: if has_alpha { Some(single(pixels, 0.0)?) } else { None },
+            stokes: None,
+            spectra: None,
             info,
         })
+    }
+
+    /// Planes that were asked for: Stokes vectors, and `spectral` numbers a pixel.
+    pub(crate) fn add_extras(&mut self, stokes: bool, spectral: usize) -> Result<(), RenderError> {
+        let (width, height) = (self.width, self.height);
+        let pixels = width as usize * height as usize;
+        let of = |numbers: usize| plane(numbers * pixels, 0.0, width, height);
+        self.stokes = if stokes { Some(of(12)?) } else { None };
+        self.spectra = if spectral > 0 { Some(of(spectral)?) } else { None };
+        Ok(())
     }
 
     /// Puts a tile into its place, `left` and `top` counted within this picture.
@@ -161,6 +187,12 @@ impl Framebuffer {
         copy(&mut self.samples, &vec![planes.samples as i32; tile.pixels()], width, at, tile, 1);
         if let Some(alpha) = &mut self.alpha {
             copy(alpha, &planes.alpha, width, at, tile, 1);
+        }
+        if let Some(stokes) = &mut self.stokes {
+            copy(stokes, &planes.stokes, width, at, tile, 12);
+        }
+        if let Some(spectra) = &mut self.spectra {
+            copy(spectra, &planes.spectra, width, at, tile, planes.spectra.len() / tile.pixels());
         }
     }
 
@@ -287,7 +319,7 @@ mod tests {
             object: vec![1, 2, 3, 4],
             variance: values.to_vec(),
             samples: 9,
-            alpha: Vec::new(),
+            ..TilePlanes::default()
         };
         frame.put(2, 1, tile, &planes);
         assert_eq!(frame.object, [-1, -1, -1, -1, -1, -1, 1, 2, -1, -1, 3, 4]);

@@ -18,7 +18,12 @@ pub struct Keeper<'a> {
 
 impl<'a> Keeper<'a> {
     /// Takes over what the journal holds: tiles by their numbers, the last of each; the rest is to be drawn.
-    pub fn new(options: &'a KeepOptions, start: Instant, tiles: &[Rect]) -> Result<(Self, Found), RenderError> {
+    pub fn new(
+        options: &'a KeepOptions,
+        start: Instant,
+        tiles: &[Rect],
+        extras: usize,
+    ) -> Result<(Self, Found), RenderError> {
         let mut keeper = Keeper { options, start, journal: None, waiting: Vec::new() };
         let mut found: Found = tiles.iter().map(|_| None).collect();
         if options.resume
@@ -31,7 +36,7 @@ impl<'a> Keeper<'a> {
             for record in records {
                 let number = usize::try_from(record.key).unwrap_or(usize::MAX);
                 if let (Some(tile), Some(slot)) = (tiles.get(number), found.get_mut(number)) {
-                    *slot = TileSums::from_bytes(&record.bytes, *tile).or(slot.take());
+                    *slot = TileSums::from_bytes(&record.bytes, *tile, extras).or(slot.take());
                 }
             }
             keeper.journal = Some(Journal::reopen(&options.path)?);

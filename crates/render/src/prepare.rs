@@ -16,11 +16,12 @@ use crate::enclosing::enclosing_media;
 use crate::film::FilmTable;
 use crate::framebuffer::{RenderError, RenderOptions};
 use crate::geometry::{Geometry, Hit, Shape};
+use crate::integrator::extras::Extras;
 use crate::lights::chooser::Extent;
 use crate::lights::{EmittingObject, EnvironmentLight, Lights};
 use crate::medium_stack::{Media, MediumStack, SURROUNDING, indices, visible};
 use crate::rough::RoughSurface;
-use crate::spectral::{Bands, FROM_NM, LEAST_NODES, MAX_NODES, Nodes, TO_NM, node_count, resolved_nm};
+use crate::spectral::{Bands, FROM_NM, LEAST_NODES, MAX_NODES, Nodes, Probes, TO_NM, node_count, resolved_nm};
 use crate::tiles::Rect;
 
 /// Where the path difference of the film that a pixel shows is told, nm: the middle of what eyes see.
@@ -34,6 +35,11 @@ pub struct Prepared {
     pub camera: RayCamera,
     /// The part of the picture that is drawn.
     pub part: Rect,
+    /// How many numbers a pixel has beside X, Y, Z.
+    pub extras: usize,
+    /// Whether Stokes vectors are among them, and how many wavelengths.
+    pub stokes: bool,
+    pub wavelengths: usize,
     /// The picture has a plane of what its backdrop would shine through.
     pub has_alpha: bool,
     pub samples: u32,
@@ -160,6 +166,7 @@ impl Material {
 
 /// Everything that depends on wavelength, at one choice of nodes.
 pub struct Spectra {
+    pub nodes: Nodes,
     /// Longest optical path difference whose fringes the nodes resolve, nm.
     pub resolved_nm: f64,
     /// 2 / lambda, per nm.
@@ -247,8 +254,15 @@ impl Prepared {
             places: places(&camera, [width, height], scene.camera.target.into(), |ray| geometry.nearest(ray, None)),
         };
         let mut levels = Vec::new();
+        let probes = Probes::new(&options.spectral_nm);
+        let rows = if options.stokes { 4 } else { 1 };
         for nodes in levels_for(resolved, &materials)? {
-            levels.push(spectra(resolved, &nodes, &media, &materials, &lit)?);
+            let nodes = nodes.with_extras(&probes, rows);
+            let mut level = spectra(resolved, &nodes, &media, &materials, &lit)?;
+            if options.stokes {
+                level.lights.polarize(camera.passes());
+            }
+            levels.push(level);
         }
         if let Some(finest) = levels.last_mut() {
             finest.resolved_nm = f64::INFINITY;
@@ -258,6 +272,9 @@ impl Prepared {
         Ok(Prepared {
             camera,
             part: options.part([width, height]),
+            extras: Extras::count(options.stokes, probes.len()),
+            stokes: options.stokes,
+            wavelengths: probes.len(),
             has_alpha: false,
             samples: options.samples.unwrap_or(scene.render.samples),
             seed: options.seed.unwrap_or(scene.render.seed),
@@ -508,6 +525,7 @@ fn spectra(
     let lights = Lights::new(scene, nodes, &lit.around, &lit.emitters)?;
     let importance = lights.importance(&lit.places);
     Ok(Spectra {
+        nodes: nodes.clone(),
         resolved_nm: resolved_nm(nodes.uniform()),
         rate: blocks(nodes.wavelength_nm.iter().map(|nm| 2.0 / nm)),
         films,

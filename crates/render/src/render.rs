@@ -9,9 +9,11 @@ use iridesce_scene::{ResolvedScene, Scene};
 use rayon::prelude::*;
 
 use crate::framebuffer::{Framebuffer, KeepOptions, RenderError, RenderInfo, RenderOptions};
+use crate::integrator::extras::Extras;
 use crate::keep::Keeper;
 use crate::passes::{self, draw_passes};
 use crate::prepare::Prepared;
+use crate::spectral::{FROM_NM, TO_NM};
 use crate::tile_sums::TileSums;
 use crate::tiles::{Rect, Shard, tiles};
 use crate::variance::batch_size;
@@ -62,7 +64,25 @@ pub fn check(scene: &Scene, options: &RenderOptions) -> Result<(), RenderError> 
             return refuse("a shard has a fixed number of samples: until and time_s judge the whole picture".into());
         }
     }
-    let besides = if options.has_passes() { TileSums::bytes_per_pixel(passes::MOST) } else { 0 };
+    if options.spectral_nm.len() > RenderOptions::MOST_WAVELENGTHS {
+        return refuse(format!(
+            "spectral_nm must be {} wavelengths at most, got {}",
+            RenderOptions::MOST_WAVELENGTHS,
+            options.spectral_nm.len()
+        ));
+    }
+    let is_ascending = options.spectral_nm.windows(2).all(|pair| pair[0] < pair[1]);
+    let outside = options.spectral_nm.iter().find(|nm| !(FROM_NM..=TO_NM).contains(*nm));
+    if let (Some(nm), _) | (None, Some(nm)) = (outside, options.spectral_nm.first().filter(|_| !is_ascending)) {
+        return refuse(format!(
+            "spectral_nm must ascend from {FROM_NM} to {TO_NM} nm at most, got {nm}{}",
+            if outside.is_none() { " and others out of order" } else { "" }
+        ));
+    }
+    let extras = Extras::count(options.stokes, options.spectral_nm.len());
+    let planes = 2 * size_of::<f32>() as u64 * (extras + if options.stokes { 3 } else { 0 }) as u64;
+    let passes = if options.has_passes() { TileSums::bytes_per_pixel(passes::MOST, extras) } else { 0 };
+    let besides = planes + passes;
     Framebuffer::check_size(part.width, part.height, besides)
 }
 
@@ -106,17 +126,19 @@ fn draw(
         threads: rayon::current_num_threads(),
     };
     let mut frame = Framebuffer::empty(part.width, part.height, prepared.has_alpha, info)?;
+    let spectral = prepared.wavelengths * if prepared.stokes { 4 } else { 1 };
+    frame.add_extras(prepared.stokes, spectral)?;
     let all = tiles(part);
     let (keeper, found) = match keep {
         None => (None, all.iter().map(|_| None).collect()),
-        Some(keep) => Keeper::new(keep, start, &all).map(|(keeper, found)| (Some(keeper), found))?,
+        Some(keep) => Keeper::new(keep, start, &all, prepared.extras).map(|(keeper, found)| (Some(keeper), found))?,
     };
     let own = all.into_iter().zip(found).enumerate();
     let own = own.filter(|(number, _)| options.shard.is_none_or(|shard| shard.has(*number)));
     let own: Vec<(usize, Rect, Option<TileSums>)> = own.map(|(number, (tile, found))| (number, tile, found)).collect();
     if options.has_passes() {
         let begun = |(number, tile, found): (usize, Rect, Option<TileSums>)| {
-            (number, tile, found.unwrap_or_else(|| TileSums::new(tile)))
+            (number, tile, found.unwrap_or_else(|| TileSums::new(tile, prepared.extras)))
         };
         let mut own: Vec<(usize, Rect, TileSums)> = own.into_iter().map(begun).collect();
         draw_passes(level, &prepared, options, &mut own, keeper, start, watch)?;
@@ -151,7 +173,7 @@ fn draw_once(
         let sums = match found {
             Some(sums) => sums,
             None => {
-                let mut sums = TileSums::new(tile);
+                let mut sums = TileSums::new(tile, scene.extras);
                 dispatch!(level, simd => sums.add(simd, scene, tile, [samples, size], watch))?;
                 sums.close();
                 sums

@@ -34,10 +34,48 @@ const SAME_BAND_NM: f64 = 2.0;
 /// The nodes of a render.
 #[derive(Debug, Clone)]
 pub struct Nodes {
-    /// Vacuum wavelength of every node, nm: the uniform ones, then lines, then padding.
+    /// Vacuum wavelength of every node, nm: the uniform ones, then lines, then those that are asked for, then padding; as
+    /// often as there are rows.
     pub wavelength_nm: Vec<f64>,
     uniform: usize,
     lines: Vec<f64>,
+    probes: Probes,
+    rows: usize,
+}
+
+/// Wavelengths at which radiance is asked for, in ascending order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Probes(Vec<f64>);
+
+impl Probes {
+    /// Half the band of a single wavelength, nm.
+    const HALF_BAND_NM: f64 = 0.5;
+
+    pub fn new(wavelength_nm: &[f64]) -> Probes {
+        Probes(wavelength_nm.to_vec())
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// The ends of the band halfway to the neighbours; the first and the last are as wide on both sides.
+    fn band(&self, output: usize) -> (f64, f64) {
+        let nm = self.0[output];
+        let below = output.checked_sub(1).map(|before| 0.5 * (nm - self.0[before]));
+        let above = self.0.get(output + 1).map(|after| 0.5 * (after - nm));
+        let least = Probes::HALF_BAND_NM;
+        (nm - below.or(above).unwrap_or(least), nm + above.or(below).unwrap_or(least))
+    }
+
+    /// The wavelength in whose band a line lies.
+    fn output_of(&self, line_nm: f64) -> Option<usize> {
+        (0..self.len()).find(|&output| {
+            let (from, to) = self.band(output);
+            from <= line_nm && line_nm < to
+        })
+    }
 }
 
 /// How many uniform nodes resolve the fringes of an optical path difference 2 n t (nm).
@@ -64,7 +102,86 @@ impl Nodes {
         wavelength_nm.extend(&lines);
         // Padding repeats a harmless wavelength and has weight zero.
         wavelength_nm.resize(wavelength_nm.len().div_ceil(LANES) * LANES, 550.0);
-        Nodes { wavelength_nm, uniform, lines }
+        Nodes { wavelength_nm, uniform, lines, probes: Probes::default(), rows: 1 }
+    }
+
+    /// The same with a node for each wavelength that is asked for (where light is continuous: between lines there is none),
+    /// all as often as there are rows of the adjoint. What is added weighs nothing for X, Y, Z.
+    pub fn with_extras(mut self, probes: &Probes, rows: usize) -> Nodes {
+        self.wavelength_nm.truncate(self.uniform + self.lines.len());
+        if self.uniform > 0 {
+            self.wavelength_nm.extend(&probes.0);
+        }
+        self.wavelength_nm.resize(self.wavelength_nm.len().div_ceil(LANES) * LANES, 550.0);
+        self.wavelength_nm = self.wavelength_nm.repeat(rows);
+        Nodes { probes: probes.clone(), rows, ..self }
+    }
+
+    /// Rows of the adjoint.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Nodes of one row.
+    pub fn row_len(&self) -> usize {
+        self.len() / self.rows
+    }
+
+    /// The wavelengths that are asked for.
+    pub fn probes(&self) -> &Probes {
+        &self.probes
+    }
+
+    /// Which of the wavelengths that are asked for each node of a row tells of.
+    pub fn outputs(&self) -> Vec<Option<usize>> {
+        let lines = self.lines.iter().map(|&line| self.probes.output_of(line));
+        let probes = (0..if self.uniform > 0 { self.probes.len() } else { 0 }).map(Some);
+        let mut outputs: Vec<Option<usize>> =
+            std::iter::repeat_n(None, self.uniform).chain(lines).chain(probes).collect();
+        outputs.resize(self.row_len(), None);
+        outputs
+    }
+
+    /// Spectral radiance at the nodes of a row, of a light with this illuminant's spectrum and Y = 1, on the scale where D65
+    /// of Y = 1 has 1 at 560 nm; of a line the mean over the band that it lies in.
+    pub fn radiance(&self, illuminant: &Illuminant) -> Vec<f64> {
+        let mut radiance = vec![0.0; self.row_len()];
+        let Ok(d65) = Illuminant::named("D65") else { return radiance };
+        let y = |illuminant: &Illuminant| -> f64 {
+            let continuum = (FROM_NM as u32..=TO_NM as u32).map(|nm| {
+                let nm = f64::from(nm);
+                illuminant.power(nm) * Observer::Cie1931.at(nm)[1]
+            });
+            let lines = illuminant.lines().iter().filter(|(nm, _)| (FROM_NM..=TO_NM).contains(nm));
+            continuum.sum::<f64>() + lines.map(|(nm, power)| power * Observer::Cie1931.at(*nm)[1]).sum::<f64>()
+        };
+        let own = y(illuminant);
+        if own <= 0.0 {
+            return radiance;
+        }
+        let scale = y(&d65) / d65.power(560.0) / own;
+        for &(nm, power) in illuminant.lines() {
+            if let (Some(line), Some(output)) =
+                (self.lines.iter().position(|&line| line == nm), self.probes.output_of(nm))
+            {
+                let (from, to) = self.probes.band(output);
+                radiance[self.uniform + line] += scale * power / (to - from);
+            }
+        }
+        if self.uniform > 0 {
+            for (output, nm) in self.probes.0.iter().enumerate() {
+                radiance[self.uniform + self.lines.len() + output] = scale * illuminant.power(*nm);
+            }
+        }
+        radiance
+    }
+
+    /// Where among the uniform nodes each node lies that was asked for.
+    fn probe_places(&self) -> Vec<f64> {
+        let (low, high) = (1.0 / TO_NM, 1.0 / FROM_NM);
+        let place = |nm: &f64| (1.0 / nm - low) / (high - low) * self.uniform as f64 - 0.5;
+        let count = if self.uniform > 0 { self.probes.len() } else { 0 };
+        self.probes.0[..count].iter().map(|nm| place(nm).clamp(0.0, (self.uniform - 1) as f64)).collect()
     }
 
     /// Number of nodes, padding included.
@@ -135,6 +252,10 @@ pub struct Bands {
     groups: Vec<Group>,
     uniform: usize,
     blocks: usize,
+    /// Of nodes that were asked for: where they lie among the uniform ones. They come from `first_probe` on.
+    probe_places: Vec<f64>,
+    first_probe: usize,
+    rows: usize,
 }
 
 /// Nodes that are chosen together.
@@ -180,7 +301,16 @@ impl Bands {
         let middle = used.clone().min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let by_wavelength = |a: &usize, b: &usize| nodes.wavelength_nm[*a].total_cmp(&nodes.wavelength_nm[*b]);
         let ends = [used.clone().min_by(by_wavelength), used.max_by(by_wavelength)].map(|end| end.unwrap_or(0) as f64);
-        Bands { middle: middle.unwrap_or(0) as f64, ends, groups, uniform: nodes.uniform, blocks: importance.len() }
+        Bands {
+            middle: middle.unwrap_or(0) as f64,
+            ends,
+            groups,
+            uniform: nodes.uniform,
+            blocks: importance.len(),
+            probe_places: nodes.probe_places(),
+            first_probe: nodes.uniform + nodes.lines.len(),
+            rows: nodes.rows,
+        }
     }
 
     /// The place that a point of the unit square chooses.
@@ -213,6 +343,7 @@ impl Bands {
             for node in group.nodes.clone() {
                 weights[node / LANES].0[node % LANES] = (1.0 / group.chance) as f32;
             }
+            self.weigh_rows(weights);
             return;
         }
         let share = place - first as f64;
@@ -223,6 +354,25 @@ impl Bands {
         let density = low * self.groups[first].chance + high * self.groups[beside].chance;
         weights[first / LANES].0[first % LANES] += (low / density) as f32;
         weights[beside / LANES].0[beside % LANES] += (high / density) as f32;
+        for (i, place) in self.probe_places.iter().enumerate() {
+            // What is interpolated between nodes weighs one on average as they do.
+            let (before, share) = (*place as usize, (place - place.floor()) as f32);
+            let after = (before + 1).min(self.uniform - 1);
+            let of = |node: usize| weights[node / LANES].0[node % LANES];
+            let weight = of(before) * (1.0 - share) + of(after) * share;
+            let node = self.first_probe + i;
+            weights[node / LANES].0[node % LANES] = weight;
+        }
+        self.weigh_rows(weights);
+    }
+
+    /// Further rows of the adjoint weigh as the first does.
+    #[inline(always)]
+    fn weigh_rows(&self, weights: &mut [Lanes]) {
+        let base = self.blocks / self.rows;
+        for row in 1..self.rows {
+            weights.copy_within(..base, row * base);
+        }
     }
 }
 

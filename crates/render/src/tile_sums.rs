@@ -12,7 +12,7 @@ use crate::sampler::PixelSampler;
 use crate::tiles::Rect;
 use crate::variance::variance_of_mean;
 
-/// Numbers that are added up for a pixel: X, Y, Z, and the share of its rays that nothing bent or stopped.
+/// Numbers that are added up for every pixel: X, Y, Z, and the share of its rays that nothing bent or stopped.
 const SUMS: usize = 4;
 
 /// Sums over the samples so far.
@@ -20,8 +20,10 @@ const SUMS: usize = 4;
 pub struct TileSums {
     /// Samples of each pixel.
     pub samples: u32,
-    /// [`SUMS`] numbers a pixel.
+    /// [`SUMS`] numbers a pixel, and those that were asked for beside them.
     sums: Vec<f64>,
+    /// How many numbers that are.
+    a_pixel: usize,
     spread: Spread,
 }
 
@@ -36,13 +38,15 @@ enum Spread {
 
 impl TileSums {
     /// No samples yet.
-    pub fn new(tile: Rect) -> TileSums {
-        TileSums { samples: 0, sums: vec![0.0; SUMS * tile.pixels()], spread: Spread::Batches(0, Vec::new()) }
+    pub fn new(tile: Rect, extras: usize) -> TileSums {
+        let a_pixel = SUMS + extras;
+        let sums = vec![0.0; a_pixel * tile.pixels()];
+        TileSums { samples: 0, sums, a_pixel, spread: Spread::Batches(0, Vec::new()) }
     }
 
     /// Bytes of a pixel whose spread is known by so many batches.
-    pub const fn bytes_per_pixel(batches: usize) -> u64 {
-        (SUMS * size_of::<f64>() + batches * size_of::<f32>()) as u64
+    pub const fn bytes_per_pixel(batches: usize, extras: usize) -> u64 {
+        ((SUMS + extras) * size_of::<f64>() + batches * size_of::<f32>()) as u64
     }
 
     /// Adds `samples` more to every pixel, in batches of `size`. [`RenderError::Cancelled`] within 1024 samples of the watch
@@ -60,7 +64,7 @@ impl TileSums {
         let mut batches = vec![vec![0.0_f32; tile.pixels()]; whole];
         // One tracer a level of spectra; most tiles need the first only.
         let mut tracers: Vec<Option<Tracer<'_>>> = scene.levels.iter().map(|_| None).collect();
-        for (pixel, sums) in self.sums.chunks_exact_mut(SUMS).enumerate() {
+        for (pixel, sums) in self.sums.chunks_exact_mut(self.a_pixel).enumerate() {
             let (x, y) = place(tile, pixel);
             let sampler = PixelSampler::new(scene.seed, u64::from(y) << 32 | u64::from(x));
             // A pixel that shows finer fringes than its spectra resolve starts again with finer ones.
@@ -87,6 +91,7 @@ impl TileSums {
                 }
             };
             let Some(tracer) = tracer else { unreachable!("it has just traced") };
+            tracer.take_extras(&mut sums[SUMS..]);
             // Samples beyond the last whole batch have one of their own, which says nothing of the spread.
             for batch in 0..=whole {
                 let own = tracer.take_batch(batch);
@@ -150,7 +155,7 @@ impl TileSums {
                     means.iter_mut().zip(batches).for_each(|(mean, batch)| *mean = batch[pixel]);
                     share * variance_of_mean(&means)
                 };
-                (0..self.sums.len() / SUMS).map(of_pixel).collect()
+                (0..self.sums.len() / self.a_pixel).map(of_pixel).collect()
             }
         }
     }
@@ -158,7 +163,7 @@ impl TileSums {
     /// Mean Y of each pixel.
     pub fn mean_y(&self) -> impl Iterator<Item = f64> {
         let samples = f64::from(self.samples.max(1));
-        self.sums.chunks_exact(SUMS).map(move |sums| sums[1] / samples)
+        self.sums.chunks_exact(self.a_pixel).map(move |sums| sums[1] / samples)
     }
 
     /// The planes of the tile. Those beside the colours hold what the ray through the pixel's centre meets first: a mean of
@@ -166,7 +171,20 @@ impl TileSums {
     pub fn planes(&self, scene: &Prepared, tile: Rect) -> TilePlanes {
         let samples = f64::from(self.samples.max(1));
         let mut planes = TilePlanes { samples: self.samples, variance: self.variance(), ..TilePlanes::default() };
-        for (pixel, sums) in self.sums.chunks_exact(SUMS).enumerate() {
+        let mean = |sum: &f64| (sum / samples) as f32;
+        let [natural, q, u, _] = scene.camera.passes();
+        for (pixel, sums) in self.sums.chunks_exact(self.a_pixel).enumerate() {
+            let mut extras = &sums[SUMS..];
+            if scene.stokes {
+                for c in 0..3 {
+                    let [s1, s2, s3] = [0, 3, 6].map(|row| extras[row + c]);
+                    // The picture's own sums are of what passes the polariser; the light before it is wanted.
+                    let s0 = (sums[c] - q * s1 - u * s2) / natural;
+                    planes.stokes.extend([s0, s1, s2, s3].iter().map(mean));
+                }
+                extras = &extras[9..];
+            }
+            planes.spectra.extend(extras.iter().map(mean));
             planes.xyz.extend(sums[..3].iter().map(|sum| (sum / samples) as f32));
             planes.alpha.push((1.0 - sums[3] / samples) as f32);
             let (x, y) = place(tile, pixel);
@@ -202,11 +220,12 @@ impl TileSums {
     }
 
     /// What [`TileSums::to_bytes`] wrote; `None` where it is not of this tile.
-    pub fn from_bytes(bytes: &[u8], tile: Rect) -> Option<TileSums> {
+    pub fn from_bytes(bytes: &[u8], tile: Rect, extras: usize) -> Option<TileSums> {
+        let a_pixel = SUMS + extras;
         let number = |at: usize| Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?));
         let (samples, size, count) = (number(0)?, number(4)?, number(8)? as usize);
         let pixels = tile.pixels();
-        let sums_end = 12 + 8 * SUMS * pixels;
+        let sums_end = 12 + 8 * a_pixel * pixels;
         let sums = bytes.get(12..sums_end)?.chunks_exact(8).map(|v| v.try_into().map(f64::from_le_bytes));
         let rest = bytes.get(sums_end..)?.chunks_exact(4).map(|v| v.try_into().map(f32::from_le_bytes));
         let rest: Vec<f32> = rest.collect::<Result<_, _>>().ok()?;
@@ -219,7 +238,7 @@ impl TileSums {
         } else {
             Spread::Batches(size, rest.chunks_exact(pixels).map(<[f32]>::to_vec).collect())
         };
-        Some(TileSums { samples, sums: sums.collect::<Result<_, _>>().ok()?, spread })
+        Some(TileSums { samples, sums: sums.collect::<Result<_, _>>().ok()?, a_pixel, spread })
     }
 }
 
@@ -239,7 +258,7 @@ mod tests {
     fn sums() -> TileSums {
         let batches = (0..4).map(|batch| (0..6).map(|pixel| ((batch * 7 + pixel) % 5) as f32).collect()).collect();
         let sums = (0..24).map(|i| f64::from(i) / 7.0).collect();
-        TileSums { samples: 9, sums, spread: Spread::Batches(2, batches) }
+        TileSums { samples: 9, sums, a_pixel: 4, spread: Spread::Batches(2, batches) }
     }
 
     #[test]
@@ -247,10 +266,11 @@ mod tests {
         let mut sums = sums();
         for _ in 0..2 {
             let bytes = sums.to_bytes();
-            assert_eq!(TileSums::from_bytes(&bytes, TILE), Some(sums.clone()));
-            assert_eq!(TileSums::from_bytes(&bytes, Rect { width: 3, ..TILE }), None);
+            assert_eq!(TileSums::from_bytes(&bytes, TILE, 0), Some(sums.clone()));
+            assert_eq!(TileSums::from_bytes(&bytes, TILE, 1), None);
+            assert_eq!(TileSums::from_bytes(&bytes, Rect { width: 3, ..TILE }, 0), None);
             for cut in 0..bytes.len() {
-                assert_eq!(TileSums::from_bytes(&bytes[..cut], TILE), None);
+                assert_eq!(TileSums::from_bytes(&bytes[..cut], TILE, 0), None);
             }
             sums.close();
         }

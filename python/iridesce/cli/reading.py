@@ -96,6 +96,17 @@ def wavelength_grid(start: float, stop: float, step: float) -> Any:
     return start + step * np.arange(int(steps * (1.0 + 1e-12) + 1e-9) + 1)
 
 
+def wavelengths_of(text: str) -> Any:
+    """``FROM:TO:STEP`` in nm, both ends included."""
+    words = text.split(":")
+    try:
+        start, stop, step = (float(word) for word in words)
+    except ValueError:
+        message = f"wanted FROM:TO:STEP in nm, as in 400:700:10, got {text!r:.60}"
+        raise typer.BadParameter(message, param_hint="--spectral") from None
+    return wavelength_grid(start, stop, step)
+
+
 def pair(text: str, option: str, unit: str) -> tuple[float, float]:
     first, colon, last = text.partition(":")
     try:

@@ -9,7 +9,11 @@ import warnings
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from iridesce import _core
+from iridesce._picture_files import seen_spectra
 from iridesce._progress import Told, check_progress, watched
 from iridesce.arguments.scalars import checked_threads, number, optional_whole
 from iridesce.errors import ResourceError
@@ -34,6 +38,8 @@ def render(
     until: float | None = None,
     time_s: float | None = None,
     crop: tuple[int, int, int, int] | None = None,
+    spectral_nm: npt.ArrayLike | None = None,
+    stokes: bool = False,
     resume: str | os.PathLike[str] | None = None,
     shard: tuple[int, int] | None = None,
 ) -> Image:
@@ -54,6 +60,11 @@ def render(
                scene's own number does not limit
     time_s     seconds > 0: passes go on as long as another one fits into the time, never before 4
     crop       (x, y, width, height) in pixels: only this part, with the same bytes as in the whole
+    spectral_nm  vacuum wavelengths, 360 to 830 nm, ascending: ``image.spectra`` is the radiance at each; single wavelengths are
+               computed exactly, not interpolated
+    stokes     True: ``image.stokes`` is the Stokes vector of X, of Y and of Z, and with ``spectral_nm`` ``image.spectral_stokes``
+               that of each wavelength. They are of the light before ``camera.polarizer_deg``; branches are then chosen by it,
+               so that such a picture has other noise. Four times the work
     resume     path of a journal: finished tiles are read from it, if it is there, and written to it. It stays when the
                picture is whole
     shard      (I, N), I from 1: only every N-th tile from the I-th on; elsewhere ``samples`` and colours are 0.
@@ -77,7 +88,13 @@ def render(
     """
     keep = None if resume is None else Keep(Path(resume), 0.0, True)
     asked = {"samples": samples, "seed": seed, "size": size, "threads": threads, "until": until, "time_s": time_s}
-    return draw(scene, {**asked, "crop": crop, "shard": shard}, keep, progress, backend)
+    return draw(
+        scene,
+        {**asked, "crop": crop, "shard": shard, "spectral_nm": spectral_nm, "stokes": stokes},
+        keep,
+        progress,
+        backend,
+    )
 
 
 def draw(
@@ -110,7 +127,7 @@ def draw(
             check_same(keep.path, keep.head)
         asked["keep"] = (keep.path, keep.head, keep.after_s, keep.resume)
     with watched(progress, "rendering") as tell:
-        xyz, planes, info = _core.render_scene(scene._core, asked, tell)
+        xyz, planes, spectral, info = _core.render_scene(scene._core, asked, tell)
     samples, seed, seconds, simd, threads = info
     # The scene as it was rendered: what it says can be rendered again.
     crop, shard = asked["crop"], asked["shard"]
@@ -129,7 +146,11 @@ def draw(
         **({} if shard is None else {"shard": f"{shard[0]}/{shard[1]}"}),
         "scene": tree,
     }
-    return Image._of_render(xyz, planes, {}, facts)
+    if asked["spectral_nm"]:
+        spectral["spectral_nm"] = np.array(asked["spectral_nm"])
+    if "spectral_stokes" in spectral:
+        spectral["spectra"] = seen_spectra(spectral["spectral_stokes"], tree)
+    return Image._of_render(xyz, planes, spectral, facts)
 
 
 def _asked(given: dict[str, Any]) -> dict[str, Any]:
@@ -145,6 +166,8 @@ def _asked(given: dict[str, Any]) -> dict[str, Any]:
         "size": _size(given.get("size")),
         "crop": _wholes("crop", given.get("crop"), 4, "(x, y, width, height), four whole numbers"),
         "shard": _wholes("shard", given.get("shard"), 2, "(I, N), two whole numbers"),
+        "spectral_nm": _wavelengths(given.get("spectral_nm")),
+        "stokes": _flag("stokes", given.get("stokes", False)),
         **positive,
         "keep": None,
     }
@@ -160,8 +183,29 @@ def _identity(tree: dict[str, Any], asked: dict[str, Any]) -> dict[str, Any]:
         # Passes can go on to any end.
         "samples": "passes" if by_itself else samples,
         "crop": asked["crop"],
-        "planes": "xyz",
+        "planes": {"spectral_nm": asked["spectral_nm"], "stokes": asked["stokes"]},
     }
+
+
+def _wavelengths(value: npt.ArrayLike | None) -> list[float]:
+    """Ascending wavelengths within what eyes see; their order and range are for the core to check."""
+    if value is None:
+        return []
+    try:
+        array = np.atleast_1d(np.asarray(value))
+        if array.dtype.kind not in "iuf" or array.ndim != 1 or not np.isfinite(array).all():
+            raise ValueError
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"spectral_nm must be ascending wavelengths in nm, (wavelengths,), got {value!r:.60}"
+        ) from None
+    return [float(nm) for nm in array]
+
+
+def _flag(name: str, value: object) -> bool:
+    if not isinstance(value, (bool, np.bool_)):
+        raise ValueError(f"{name} must be True or False, got {value!r:.60}")
+    return bool(value)
 
 
 def _wholes(name: str, value: object, count: int, wanted: str) -> tuple[int, ...] | None:

@@ -54,6 +54,26 @@ def power_of_unpolarised(chain: NDArray[Any], k: Vector) -> NDArray[np.float64]:
     return 0.5 * np.sum(np.abs(chain @ fields) ** 2, axis=(-2, -1))
 
 
+def stokes_of_unpolarised(chain: NDArray[Any], k: Vector, leaving: Vector, upright: Vector) -> NDArray[np.float64]:
+    """Stokes vector (471, 4) of what unpolarised light along ``k`` becomes in ``chain``, where it comes along ``leaving``.
+
+    With s the camera's upright and p = leaving x s: S1 = |E_s|^2 - |E_p|^2, S3 = 2 Im(E_s conj(E_p)), and since p points to
+    the left of the picture S2 = -2 Re(E_s conj(E_p)) is positive at 45 degrees clockwise.
+    """
+    first = unit(np.cross(k, [1.0, 0.0, 0.0] if abs(k[0]) < 0.7 else [0.0, 1.0, 0.0]))
+    fields = chain @ np.stack([first, np.cross(k, first)], axis=-1)
+    s = unit(np.asarray(upright) - leaving * float(leaving @ upright))
+    e_s, e_p = np.einsum("i,wij->wj", s, fields), np.einsum("i,wij->wj", np.cross(leaving, s), fields)
+    cross = e_s * np.conj(e_p)
+    parts = (
+        np.abs(e_s) ** 2 + np.abs(e_p) ** 2,
+        np.abs(e_s) ** 2 - np.abs(e_p) ** 2,
+        -2.0 * cross.real,
+        2.0 * cross.imag,
+    )
+    return 0.5 * np.stack([part.sum(axis=-1) for part in parts], axis=-1)
+
+
 @dataclass
 class Tracer:
     """Traces camera rays to ``depth`` hits; ``left_out`` is the largest share of light not followed."""
@@ -82,20 +102,27 @@ class Tracer:
 
     def xyz(self, origin: Vector, direction: Vector) -> NDArray[np.float64]:
         """XYZ (3,) of one camera ray."""
+        return self.spectrum(origin, direction)[:, 0] @ spectra.xyz_weights()
+
+    def spectrum(self, origin: Vector, direction: Vector, upright: Vector | None = None) -> NDArray[np.float64]:
+        """Share of the environment's light by wavelength, (471, 1); with the camera's upright its Stokes vector, (471, 4)."""
         count = len(spectra.WAVELENGTH_NM)
         start = np.broadcast_to(np.eye(3, dtype=complex), (count, 3, 3)) if self.polarised else np.ones(count)
-        spectrum = np.zeros(count)
+        spectrum = np.zeros((count, 1 if upright is None else 4))
         dropped = 0.0
         stack = [(np.asarray(origin, dtype=float), unit(direction), start, 0)]
         while stack:
             place, ray, chain, hits = stack.pop()
-            share = power_of_unpolarised(chain, -ray) if self.polarised else chain
+            if upright is not None:
+                share = stokes_of_unpolarised(chain, -ray, -unit(direction), upright)
+            else:
+                share = (power_of_unpolarised(chain, -ray) if self.polarised else chain)[:, None]
             found = self.nearest(place, ray)
             if found is None:
                 spectrum += share * float(self.environment(ray))
                 continue
-            if hits == self.depth or share.max() < self.threshold:
-                dropped += float(share.max())
+            if hits == self.depth or share[:, 0].max() < self.threshold:
+                dropped += float(share[:, 0].max())
                 continue
             distance, sphere = found
             place = place + distance * ray
@@ -117,7 +144,7 @@ class Tracer:
                 stack.append((place, mirrored, chain * reflectance, hits + 1))
                 stack.append((place, ray, chain * transmittance, hits + 1))
         self.left_out = max(self.left_out, dropped)
-        return spectrum @ spectra.xyz_weights()
+        return spectrum
 
     def picture(self, camera: dict[str, Any], points: int = 2) -> NDArray[np.float64]:
         """(height, width, 3) XYZ, each pixel averaged over ``points`` x ``points`` Gauss-Legendre places."""

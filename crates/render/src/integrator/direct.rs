@@ -16,6 +16,7 @@ use super::{Path, Scattered, Sums, Target, Tracer};
 use crate::camera::Ray;
 use crate::failure::PathFailure;
 use crate::geometry::{Hit, cone_density, cone_direction};
+use crate::lights::Source;
 use crate::lights::chooser::{FEW, LightId, PICKS, pick};
 use crate::prepare::Material;
 use crate::sampler::Choices;
@@ -267,6 +268,7 @@ impl Tracer<'_> {
                 }
             }
             xyz = lights.add_light(simd, light, block, carried * share, xyz);
+            self.tell(Source::Light(light), block, carried * share);
         }
         sums.0 = xyz;
     }
@@ -291,6 +293,7 @@ impl Tracer<'_> {
             let p = self.arena[self.at(path.slot, 1, block)].load(simd);
             self.escaped.carried[out * self.blocks + block].store(s + p);
             xyz = lights.add_uniform(simd, block, s + p, xyz);
+            self.tell(Source::Uniform, block, s + p);
         }
         sums.0 = xyz;
     }

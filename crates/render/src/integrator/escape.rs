@@ -6,6 +6,7 @@ use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_numerics::lanes::Singles as Lanes;
 
 use super::{Sums, Tracer};
+use crate::lights::Source;
 use crate::lights::chooser::LightId;
 
 /// Weights of a path in multiple importance sampling: what of the light out there is its own, where light sampling finds
@@ -87,11 +88,13 @@ impl Tracer<'_> {
             for block in 0..self.blocks {
                 let carried = self.escaped.carried[path * self.blocks + block].load(simd);
                 xyz = lights.add_map(simd, block, carried, rgb, xyz);
+                self.tell(Source::Map(rgb), block, carried);
             }
             if let Some((sun, share)) = sun {
                 for block in 0..self.blocks {
                     let carried = self.escaped.carried[path * self.blocks + block].load(simd) * share;
                     xyz = lights.add_light(simd, LightId::Sun(sun), block, carried, xyz);
+                    self.tell(Source::Light(LightId::Sun(sun)), block, carried);
                 }
             }
         }
@@ -102,6 +105,9 @@ impl Tracer<'_> {
     /// Adds what a camera ray finds that meets nothing, through a polariser or none.
     #[inline(always)]
     pub(super) fn add_unscattered<S: Simd>(&mut self, simd: S, direction: Vec3, polarizer: Option<Vec3>) {
+        if self.extras.is_some() {
+            self.tell_unscattered(simd, direction, polarizer);
+        }
         let lights = &self.spectra.lights;
         let share: f32 = if polarizer.is_some() { 0.5 } else { 1.0 };
         for c in 0..3 {
@@ -128,6 +134,33 @@ impl Tracer<'_> {
         self.bare.push(direction, Share { maps: share, sun });
         if self.bare.count == LANES {
             self.add_environment_unscattered(simd);
+        }
+    }
+
+    /// Tells the sums beside those of the picture of the light that a camera ray finds that meets nothing.
+    fn tell_unscattered<S: Simd>(&self, simd: S, direction: Vec3, polarizer: Option<Vec3>) {
+        let Some(extras) = &self.extras else { return };
+        let lights = &self.spectra.lights;
+        let has_stokes = extras.has_stokes();
+        let axis = if has_stokes { None } else { polarizer };
+        let natural = if axis.is_some() { 1.0 } else { 2.0 };
+        extras.receive_evenly(lights, Source::Uniform, [natural, 0.0, 0.0, 0.0]);
+        if lights.has_maps() {
+            let towards = [direction.x, direction.y, direction.z];
+            let towards = towards.map(|along| iridesce_numerics::lanes::Lanes([along as f32; LANES]));
+            let rgb = lights.map_rgb(simd, &towards).map(|lanes| lanes[0]);
+            extras.receive_evenly(lights, Source::Map(rgb), [natural, 0.0, 0.0, 0.0]);
+        }
+        for (number, sun) in lights.suns.iter().enumerate().filter(|(_, sun)| sun.is_at(direction)) {
+            let along = axis.unwrap_or_else(|| self.scene.camera.upright(direction));
+            let [q, u] = sun.linear.map_or([0.0; 2], |linear| linear.stokes(-direction, along).map(|v| v as f32));
+            let carried = if axis.is_some() {
+                [1.0 + q, 0.0, 0.0, 0.0]
+            } else {
+                // S2 of pictures is -U of this frame (`Extras::start`).
+                [2.0, 2.0 * q, -2.0 * u, 0.0]
+            };
+            extras.receive_evenly(lights, Source::Light(LightId::Sun(number)), carried);
         }
     }
 

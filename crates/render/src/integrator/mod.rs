@@ -16,6 +16,7 @@
 mod diffuse;
 mod direct;
 mod escape;
+pub mod extras;
 mod rough;
 mod rough_film;
 mod roulette;
@@ -29,9 +30,11 @@ use iridesce_numerics::lanes::Singles as Lanes;
 use iridesce_numerics::turns::exp2;
 
 use self::escape::{Escaped, Share};
+use self::extras::Extras;
 use crate::camera::Ray;
 use crate::failure::PathFailure;
 use crate::geometry::{Hit, frame};
+use crate::lights::Source;
 use crate::lights::chooser::LightId;
 use crate::medium_stack::MediumStack;
 use crate::prepare::{Material, Prepared, Spectra};
@@ -103,8 +106,21 @@ enum Target {
     Uniform,
     /// Nowhere: it finds this share of an emitter.
     Emitter(usize, f32),
+    /// As these, and to the sums beside those of the picture.
+    Told(Found),
     /// Nowhere at all.
     Nowhere,
+}
+
+/// What a branch finds whose light is told to the sums beside those of the picture, too.
+#[derive(Clone, Copy)]
+enum Found {
+    /// [`Target::Out`].
+    Out(usize),
+    /// [`Target::Uniform`].
+    Uniform,
+    /// [`Target::Emitter`].
+    Emitter(usize, f32),
 }
 
 /// Sums of X, Y, Z over a block's lanes.
@@ -128,6 +144,8 @@ pub struct Tracer<'a> {
     batches: Vec<[f64; 4]>,
     /// The batch of the samples that are traced.
     batch: usize,
+    /// What is added up beside them, if anything was asked for.
+    extras: Option<Extras>,
     failure: Option<PathFailure>,
     /// Where paths were scattered last, by slot.
     scattered: Vec<Scattered>,
@@ -158,6 +176,7 @@ impl<'a> Tracer<'a> {
             bare: Escaped::new(0),
             batches: vec![[0.0; 4]; MOST_BATCHES + 1],
             batch: 0,
+            extras: Extras::new(&spectra.nodes),
             failure: None,
             scattered: vec![Scattered::default(); slots],
             thicknesses: Vec::new(),
@@ -169,6 +188,11 @@ impl<'a> Tracer<'a> {
     /// Which batch the rays from now on belong to, at most [`MOST_BATCHES`].
     #[inline(always)]
     pub fn begin_batch(&mut self, batch: usize) {
+        if batch != self.batch
+            && let Some(extras) = &mut self.extras
+        {
+            extras.end_batch();
+        }
         self.batch = batch;
         (self.escaped.batch, self.bare.batch) = (batch, batch);
     }
@@ -182,6 +206,9 @@ impl<'a> Tracer<'a> {
             None => Ok(()),
             Some(failure) => {
                 self.batches.fill([0.0; 4]);
+                if let Some(extras) = &mut self.extras {
+                    extras.clear();
+                }
                 Err(failure)
             }
         }
@@ -191,6 +218,13 @@ impl<'a> Tracer<'a> {
     #[inline(always)]
     pub fn take_batch(&mut self, batch: usize) -> [f64; 4] {
         std::mem::take(&mut self.batches[batch])
+    }
+
+    /// Adds what a pixel came to beside X, Y, Z: S1, S2, S3 of X, Y, Z, then all components at each wavelength.
+    pub fn take_extras(&mut self, into: &mut [f64]) {
+        if let Some(extras) = &mut self.extras {
+            extras.take(into);
+        }
     }
 
     /// Adds what arrives at the camera along a ray; false once the pixel cannot be finished.
@@ -206,21 +240,32 @@ impl<'a> Tracer<'a> {
         };
         let Some(slot) = self.free.pop() else { unreachable!("all slots are free between camera rays") };
         let start = slot * 4 * self.blocks;
-        self.arena[start..start + 2 * self.blocks].fill(Lanes::ONE);
-        if polarizer.is_some() {
-            // Along the polariser all, across it nothing.
-            self.arena[start + self.blocks..start + 2 * self.blocks].fill(Lanes::ZERO);
+        let has_stokes = self.extras.as_ref().is_some_and(Extras::has_stokes);
+        if let Some(extras) = &self.extras {
+            extras.start(&mut self.arena[start..start + 4 * self.blocks], polarizer.is_some());
+        } else {
+            self.arena[start..start + 2 * self.blocks].fill(Lanes::ONE);
+            if polarizer.is_some() {
+                // Along the polariser all, across it nothing.
+                self.arena[start + self.blocks..start + 2 * self.blocks].fill(Lanes::ZERO);
+            }
         }
+        let axis = match polarizer {
+            // With Stokes vectors what passes the polariser is made of all of them.
+            _ if has_stokes => scene.camera.upright(ray.direction),
+            Some(axis) => axis,
+            None => frame(ray.direction).0,
+        };
         let mut path = Path {
             direction: ray.direction,
             hit,
-            axis: polarizer.unwrap_or_else(|| frame(ray.direction).0),
+            axis,
             slot,
             hits: 0,
             floor: FAINT,
             medium: scene.enclosing_media(&ray),
-            in_plane: true,
-            is_unpolarized: polarizer.is_none(),
+            in_plane: !has_stokes,
+            is_unpolarized: polarizer.is_none() && !has_stokes,
             band: None,
             is_scattered: false,
         };
@@ -357,7 +402,7 @@ impl<'a> Tracer<'a> {
         scattered: Option<Scattered>,
     ) -> Target {
         let lights = &self.spectra.lights;
-        match continuation {
+        let target = match continuation {
             Continuation::Surface(_) => Target::Slot(slot),
             Continuation::Escapes if lights.depend_on_direction() => {
                 let sun = lights.sun_at(direction).map(|(sun, _)| (sun, self.sun_mis_weight(sun, scattered)));
@@ -368,6 +413,12 @@ impl<'a> Tracer<'a> {
             Continuation::Escapes => Target::Uniform,
             Continuation::Emitter(emitter, share) => Target::Emitter(emitter, share),
             Continuation::Absorbed => Target::Nowhere,
+        };
+        match target {
+            Target::Out(path) if self.extras.is_some() => Target::Told(Found::Out(path)),
+            Target::Uniform if self.extras.is_some() => Target::Told(Found::Uniform),
+            Target::Emitter(emitter, share) if self.extras.is_some() => Target::Told(Found::Emitter(emitter, share)),
+            target => target,
         }
     }
 
@@ -396,15 +447,57 @@ impl<'a> Tracer<'a> {
             Target::Emitter(emitter, share) => {
                 return self.spectra.lights.add_emission(simd, emitter, block, (s + p) * share, xyz);
             }
+            Target::Told(found) => {
+                return simd.vectorize(
+                    #[inline(always)]
+                    || self.splat_told(simd, found, block, s + p, xyz),
+                );
+            }
             Target::Nowhere => return xyz,
         }
         self.spectra.lights.add_uniform(simd, block, s + p, xyz)
+    }
+
+    /// [`Tracer::splat`] of light that the sums beside those of the picture are told of.
+    #[inline(always)]
+    fn splat_told<S: Simd>(
+        &mut self,
+        simd: S,
+        found: Found,
+        block: usize,
+        s_and_p: f32x16<S>,
+        xyz: [f32x16<S>; 3],
+    ) -> [f32x16<S>; 3] {
+        match found {
+            Found::Out(path) => self.escaped.carried[path * self.blocks + block].store(s_and_p),
+            Found::Uniform => {}
+            Found::Emitter(emitter, share) => {
+                self.tell(Source::Light(LightId::Emitter(emitter)), block, s_and_p * share);
+                return self.spectra.lights.add_emission(simd, emitter, block, s_and_p * share, xyz);
+            }
+        }
+        self.tell(Source::Uniform, block, s_and_p);
+        self.spectra.lights.add_uniform(simd, block, s_and_p, xyz)
+    }
+
+    /// Tells the sums beside those of the picture of light that is found.
+    #[inline(always)]
+    fn tell<S: Simd>(&self, source: Source, block: usize, carried: f32x16<S>) {
+        if let Some(extras) = &self.extras {
+            let mut lanes = Lanes::ZERO;
+            lanes.store(carried);
+            extras.receive(&self.spectra.lights, source, block, &lanes.0);
+        }
     }
 
     /// Adds what a block would find if the lights had their mean radiance everywhere.
     #[inline(always)]
     fn add_mean<S: Simd>(&self, simd: S, block: usize, s_and_p: f32x16<S>, xyz: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
         let lights = &self.spectra.lights;
+        self.tell(Source::Uniform, block, s_and_p);
+        if lights.has_maps() {
+            self.tell(Source::Map(lights.mean_rgb), block, s_and_p);
+        }
         let xyz = lights.add_uniform(simd, block, s_and_p, xyz);
         if lights.has_maps() { lights.add_map(simd, block, s_and_p, lights.mean_rgb, xyz) } else { xyz }
     }

@@ -23,6 +23,24 @@ use self::polarization::Linear;
 use crate::environment::{MapLookup, MapSampler};
 use crate::spectral::Nodes;
 
+/// Light that a path finds.
+#[derive(Debug, Clone, Copy)]
+pub enum Source {
+    /// All lights that are the same in every direction.
+    Uniform,
+    /// The maps, where they have this linear Rec.709 radiance.
+    Map([f32; 3]),
+    /// A light that is sampled.
+    Light(LightId),
+}
+
+/// What a light emits at a block of nodes, halved as [`Weights`] are.
+pub struct Emitted {
+    pub weights: [[f32; LANES]; 3],
+    /// Spectral radiance ([`Nodes::radiance`]).
+    pub radiance: [f32; LANES],
+}
+
 /// Weights of X, Y, Z at a block of nodes. They are halved because they meet the sum of s and p weights.
 type Weights = [Lanes; 3];
 
@@ -68,6 +86,7 @@ pub struct SunDisc {
     pub direction: Vec3,
     pub cos_radius: f64,
     weights: Vec<Weights>,
+    radiance: Vec<Lanes>,
     /// Its XYZ with nothing in between.
     pub xyz: [f64; 3],
     pub linear: Option<Linear>,
@@ -93,6 +112,7 @@ impl SunDisc {
 pub struct AreaLight {
     pub object: usize,
     weights: Vec<Weights>,
+    radiance: Vec<Lanes>,
     pub linear: Option<Linear>,
     /// The Y of its radiance.
     power: f64,
@@ -103,6 +123,7 @@ pub struct AreaLight {
 pub struct DeltaLamp {
     pub source: DeltaSource,
     weights: Vec<Weights>,
+    radiance: Vec<Lanes>,
     linear: Option<Linear>,
     power: f64,
 }
@@ -111,10 +132,14 @@ pub struct DeltaLamp {
 pub struct Lights {
     /// Sum of all lights that are the same in every direction.
     uniform: Vec<Weights>,
+    uniform_radiance: Vec<Lanes>,
     /// Its XYZ with nothing in between.
     pub uniform_xyz: [f64; 3],
     maps: Arc<Vec<(MapLookup, f32)>>,
     map_blocks: Vec<MapBlock>,
+    map_radiance: Vec<Lanes>,
+    /// One over the share of natural light that the picture's weights stand for.
+    whole: f32,
     /// Mean of all maps over the sphere.
     pub mean_rgb: [f32; 3],
     pub sampler: Option<Arc<MapSampler>>,
@@ -125,6 +150,9 @@ pub struct Lights {
     pub area_lights: Vec<AreaLight>,
     pub deltas: Vec<DeltaLamp>,
 }
+
+/// Direction, cosine of the radius, weights and radiance of a sun at the nodes.
+type SkySun = (Vec3, f64, [Vec<f64>; 3], Vec<f64>);
 
 /// An object that emits.
 pub struct EmittingObject<'a> {
@@ -148,7 +176,15 @@ impl Lights {
             std::array::from_fn(|c| map_weights[c].iter().zip(&basis[rgb]).map(|(w, f)| 2.0 * w * f).sum::<f64>())
         });
         let mut uniform: Option<[Vec<f64>; 3]> = None;
-        let mut suns: Vec<(Vec3, f64, [Vec<f64>; 3])> = Vec::new();
+        let mut uniform_radiance = vec![0.0; nodes.row_len()];
+        let mut suns: Vec<SkySun> = Vec::new();
+        let radiance_of = |illuminant: &Illuminant, power: f64| -> Vec<f64> {
+            // Halved, as all weights are; of renders without spectra nobody asks.
+            let has_spectra = nodes.probes().len() > 0;
+            let values = if has_spectra { nodes.radiance(illuminant) } else { vec![0.0; nodes.row_len()] };
+            values.into_iter().map(|value| 0.5 * power * value).collect()
+        };
+        let radiance_blocks = |illuminant: &Illuminant, power: f64| blocks(radiance_of(illuminant, power).into_iter());
         let cos_radius = |sun: &Sun| sun.angular_radius_deg.to_radians().cos();
         for environment in &scene.environments {
             match &environment.source {
@@ -158,23 +194,30 @@ impl Lights {
                     let direction = turned(sun.direction.into(), environment.rotation_deg).normalized();
                     let cos_radius = cos_radius(sun);
                     // Two skies have one sun, of both radiances: a place of the sky is looked up in one disc.
-                    match suns.iter_mut().find(|(there, cos, _)| (*there, *cos) == (direction, cos_radius)) {
-                        Some((_, _, sum)) => add_to(sum, &weights),
-                        None => suns.push((direction, cos_radius, weights)),
+                    let radiance = radiance_of(&sun.illuminant, environment.radiance * sun.radiance);
+                    match suns.iter_mut().find(|(there, cos, ..)| (*there, *cos) == (direction, cos_radius)) {
+                        Some((_, _, sum, total)) => {
+                            add_to(sum, &weights);
+                            total.iter_mut().zip(radiance).for_each(|(total, own)| *total += own);
+                        }
+                        None => suns.push((direction, cos_radius, weights, radiance)),
                     }
                 }
                 ResolvedSource::Uniform(illuminant) => {
                     let own = scaled(&halved(illuminant, nodes), environment.radiance);
                     let sum = uniform.get_or_insert_with(|| std::array::from_fn(|_| vec![0.0; nodes.len()]));
                     add_to(sum, &own);
+                    let radiance = radiance_of(illuminant, environment.radiance);
+                    uniform_radiance.iter_mut().zip(radiance).for_each(|(total, own)| *total += own);
                 }
             }
         }
-        let sun_disc = |(direction, cos_radius, weights), linear, is_of_sky| SunDisc {
+        let sun_disc = |(direction, cos_radius, weights, radiance): SkySun, linear, is_of_sky| SunDisc {
             direction,
             cos_radius,
             xyz: sums(&weights),
             weights: in_blocks(weights),
+            radiance: blocks(radiance.into_iter()),
             linear,
             is_of_sky,
         };
@@ -185,12 +228,14 @@ impl Lights {
                 Light::Environment(_) => {}
                 Light::Sun(sun) => {
                     let weights = scaled(&halved(&sun.illuminant, nodes), sun.radiance);
-                    let disc = (sun.direction.into(), cos_radius(sun), weights);
+                    let radiance = radiance_of(&sun.illuminant, sun.radiance);
+                    let disc = (sun.direction.into(), cos_radius(sun), weights, radiance);
                     suns.push(sun_disc(disc, sun.polarized_deg.map(Linear::new), false));
                 }
                 Light::Delta(delta) => deltas.push(DeltaLamp {
                     source: DeltaSource::new(&delta.kind),
                     weights: in_blocks(scaled(&halved(&delta.illuminant, nodes), delta.power)),
+                    radiance: radiance_blocks(&delta.illuminant, delta.power),
                     linear: delta.polarized_deg.map(Linear::new),
                     power: delta.power,
                 }),
@@ -199,6 +244,7 @@ impl Lights {
         let area_light = |&EmittingObject { object, emitter, extent }: &EmittingObject<'_>| AreaLight {
             object,
             weights: in_blocks(scaled(&halved(&emitter.illuminant, nodes), emitter.radiance)),
+            radiance: radiance_blocks(&emitter.illuminant, emitter.radiance),
             linear: emitter.polarized_deg.map(Linear::new),
             power: emitter.radiance,
             extent,
@@ -206,6 +252,9 @@ impl Lights {
         Ok(Lights {
             uniform_xyz: uniform.as_ref().map_or([0.0; 3], sums),
             uniform: uniform.map(in_blocks).unwrap_or_default(),
+            uniform_radiance: blocks(uniform_radiance.into_iter()),
+            map_radiance: radiance_blocks(&Illuminant::named("D65")?, 1.0),
+            whole: 1.0,
             maps: around.maps.clone(),
             mean_rgb: around.mean_rgb,
             sampler: around.sampler.clone(),
@@ -323,6 +372,57 @@ impl Lights {
         }
         let all: f64 = sum.iter().sum();
         blocks(sum.into_iter().map(|w| 0.5 * w / all))
+    }
+
+    /// Sets what a polariser before the camera passes of each Stokes component, where a path carries a row for each: the
+    /// picture's colours are then the sum of the rows in these shares. For all lights, and after their importance is known.
+    pub fn polarize(&mut self, passes: [f64; 4]) {
+        let spread = |weights: &mut Vec<Weights>| {
+            let base = weights.len() / passes.len();
+            for at in base..weights.len() {
+                let passes = passes[at / base];
+                weights[at] = weights[at % base].map(|lanes| scaled_lanes(lanes, passes));
+            }
+            for weights in &mut weights[..base] {
+                *weights = weights.map(|lanes| scaled_lanes(lanes, passes[0]));
+            }
+        };
+        spread(&mut self.uniform);
+        self.suns.iter_mut().for_each(|sun| spread(&mut sun.weights));
+        self.area_lights.iter_mut().for_each(|light| spread(&mut light.weights));
+        self.deltas.iter_mut().for_each(|light| spread(&mut light.weights));
+        let mut maps: Vec<Weights> = self.map_blocks.iter().map(|block| block.weights).collect();
+        spread(&mut maps);
+        self.map_blocks.iter_mut().zip(maps).for_each(|(block, weights)| block.weights = weights);
+        self.whole = (1.0 / passes[0]) as f32;
+    }
+
+    /// What a light emits at a block of the first row, for sums beside those of the picture.
+    pub fn emitted(&self, source: Source, block: usize) -> Emitted {
+        let plain = |weights: Option<&Weights>, radiance: &[Lanes]| Emitted {
+            weights: weights.map_or([[0.0; LANES]; 3], |own| own.map(|lanes| lanes.0.map(|w| w * self.whole))),
+            radiance: radiance[block].0,
+        };
+        let single = |weights: &[Weights], radiance: &[Lanes]| plain(weights.get(block), radiance);
+        match source {
+            Source::Uniform => single(&self.uniform, &self.uniform_radiance),
+            Source::Light(LightId::Sun(sun)) => single(&self.suns[sun].weights, &self.suns[sun].radiance),
+            Source::Light(LightId::Emitter(emitter)) => {
+                single(&self.area_lights[emitter].weights, &self.area_lights[emitter].radiance)
+            }
+            Source::Light(LightId::Delta(delta)) => single(&self.deltas[delta].weights, &self.deltas[delta].radiance),
+            Source::Light(LightId::Maps) => unreachable!("maps are found with their radiance"),
+            Source::Map(rgb) => {
+                let MapBlock { basis, weights } = &self.map_blocks[block];
+                let mut emitted = plain(Some(weights), &self.map_radiance);
+                for lane in 0..LANES {
+                    let spectrum: f32 = (0..3).map(|c| rgb[c] * basis[c].0[lane]).sum();
+                    emitted.radiance[lane] *= spectrum;
+                    emitted.weights.iter_mut().for_each(|channel| channel[lane] *= spectrum);
+                }
+                emitted
+            }
+        }
     }
 
     /// Whether any light far away depends on direction.
@@ -450,6 +550,10 @@ impl Lights {
         let Some(weights) = self.uniform.get(block) else { return xyz };
         add_weighted(simd, weights, s_and_p, xyz)
     }
+}
+
+fn scaled_lanes(lanes: Lanes, factor: f64) -> Lanes {
+    iridesce_numerics::lanes::Lanes(lanes.0.map(|value| value * factor as f32))
 }
 
 #[inline(always)]

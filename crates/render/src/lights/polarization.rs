@@ -24,6 +24,12 @@ impl Linear {
         upright * self.cos + upright.cross(light) * self.sin
     }
 
+    /// What it passes, as a polariser, of the Stokes components of light: S1 > 0 along the upright, S2 > 0 at 45 degrees.
+    pub fn passes(&self) -> [f64; 4] {
+        let (q, u) = (self.cos * self.cos - self.sin * self.sin, 2.0 * self.sin * self.cos);
+        [0.5, 0.5 * q, 0.5 * u, 0.0]
+    }
+
     /// Q and U, for I = 1, of a lamp's light that travels along `light`, in the frame whose s direction is `axis` and whose
     /// p direction is `light` x `axis`.
     #[inline(always)]

@@ -20,6 +20,7 @@ from iridesce.cli.reading import (
     plain_name,
     shard_of,
     size_in_pixels,
+    wavelengths_of,
 )
 
 if TYPE_CHECKING:
@@ -49,6 +50,10 @@ def verb(
     ] = None,
     time_: Annotated[float | None, typer.Option("--time", metavar="S", help="Go on for S seconds.")] = None,
     crop: Annotated[str | None, typer.Option(metavar="X,Y,W,H", help="Only this part of the picture, pixels.")] = None,
+    spectral: Annotated[
+        str | None, typer.Option(metavar="FROM:TO:STEP", help="Radiance at these wavelengths, nm, in the .exr.")
+    ] = None,
+    stokes: Annotated[bool, typer.Option("--stokes", help="Stokes vectors in the .exr.")] = False,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with FILE.journal of a render that was killed.")
     ] = False,
@@ -95,6 +100,7 @@ def verb(
         note(f"note: {journal} of a render that was killed is there; --resume would go on with it")
     asked: dict[str, Any] = {"samples": samples, "seed": seed, "size": width_height, "threads": threads}
     asked |= {"until": until, "time_s": time_, "crop": part, "shard": share}
+    asked |= {"spectral_nm": None if spectral is None else wavelengths_of(spectral), "stokes": stokes}
     keep = Keep(journal, _JOURNAL_AFTER_S, resume)
     if dask is None:
         image = draw(loaded, asked, keep, progress=True)
@@ -103,6 +109,7 @@ def verb(
 
         quiet_dask()
         shared = {"samples": samples, "seed": seed, "size": width_height, "crop": part, "threads": threads}
+        shared |= {"spectral_nm": asked["spectral_nm"], "stokes": stokes}
         image = draw_in_shards(dask, loaded, shared)
     for path in paths:
         image.save(path, exposure=stops, space=space, gamut=gamut, bits=bits, half=half)
