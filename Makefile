@@ -17,7 +17,7 @@ CARGO_ARGS ?= --locked
 
 READERS := .readers
 
-.PHONY: help fuzz reference readers test-readers test quick lint lint-rust lint-python test-rust test-python build \
+.PHONY: help fuzz reference readers board test-readers test quick lint lint-rust lint-python test-rust test-python build \
 	web test-web docs bench wheel wheel-check images clean
 
 help: ## this list
@@ -56,6 +56,11 @@ readers: $(VENV)/tools ## install the programs that the tests of exports are rea
 	npm install --silent --no-audit --no-fund --prefix $(READERS) gltf-validator@2.0.0-dev.3.10 three@0.187 playwright-core @babylonjs/core@9.35
 	test -x $(READERS)/bpy/bin/python || $(PYTHON) -m venv $(READERS)/bpy
 	$(READERS)/bpy/bin/python -m pip install --quiet --disable-pip-version-check bpy==5.0.1
+	test -x $(READERS)/lux/bin/python || $(PYTHON) -m venv $(READERS)/lux
+	$(READERS)/lux/bin/python -m pip install --quiet --disable-pip-version-check pyluxcore==2.11.2
+
+board: build readers ## how far other renderers are from the charts: runs them all, reference/board.json and its page
+	$(BIN)/python tools/data/exchange_board.py
 
 test-readers: build readers ## the tests of exports with every reader required
 	IRIDESCE_REQUIRE_READERS=1 $(BIN)/python -m pytest python/tests/exchange $(PYTEST_ARGS)

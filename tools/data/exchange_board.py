@@ -1,6 +1,6 @@
 """Measures how far other renderers are from the charts of the reference suite, and writes `reference/board.json`.
 
-    python tools/data/exchange_board.py        needs what `make readers` installs, and @babylonjs/core beside it
+    make board        needs what `make readers` installs; `python tools/data/exchange_board.py NAME ...` for some of them
 Each row: renderer, version, date, what was run, CIEDE2000 mean, p95, max of each chart, the cause that `validate` names.
 """
 
@@ -27,12 +27,12 @@ import materialx_glsl  # noqa: E402
 import readers  # noqa: E402
 
 from iridesce.exchange.films import Film, film_of, read_stack  # noqa: E402
-from iridesce.exchange.knobs import Knobs, knobs_of  # noqa: E402
+from iridesce.exchange.knobs import Knobs, differences, knobs_of  # noqa: E402
 from iridesce.exchange.package import Package  # noqa: E402
-from iridesce.exchange.targets import openpbr  # noqa: E402
+from iridesce.exchange.targets import gltf, openpbr  # noqa: E402
 from iridesce.exchange.twins.gltf import normal_reflectance  # noqa: E402
 
-COMMAND = "python tools/data/exchange_board.py"
+COMMAND = "make board"
 STACKS = {
     "C1": "air / soap ? / air",
     "C3": "air / 1.47 ? / water",
@@ -56,7 +56,7 @@ HEAD = [
     "multiplied by 1 / (largest Y of the chart). In each cell mean / max. Below 1 no eye tells; every table that",
     "`iridesce export` writes is below 0.1.",
     "",
-    "Made from `reference/board.json` by `python tools/data/exchange_board.py`, which needs what `make readers` installs.",
+    "Made with `reference/board.json` by `make board`, which runs every renderer; it needs what `make readers` installs.",
     "",
 ]
 
@@ -69,12 +69,12 @@ def main() -> None:
     path = ROOT / "reference" / "board.json"
     rows: list[Row] = json.loads(path.read_text())["rows"] if path.exists() else []
     with tempfile.TemporaryDirectory() as folder:
-        for measure in (three_js, babylon, materialx, cycles, osl, mitsuba):
+        for measure in (three_js, babylon, materialx, cycles, osl, mitsuba, luxcore):
             if only and measure.__name__ not in only:
                 continue
             made = measure(Path(folder))
-            fresh = {(row["renderer"], row["how"]) for row in made}
-            rows = [row for row in rows if (row["renderer"], row["how"]) not in fresh] + made
+            fresh = {row["renderer"] for row in made}
+            rows = [row for row in rows if row["renderer"] not in fresh] + made
             board = {"version": 1, "licence": "CC0-1.0", "measure": MEASURE, "rows": rows}
             path.write_text(json.dumps(board, indent=1) + "\n")
             (ROOT / "docs" / "evidence" / "renderers.md").write_text(page(rows))
@@ -132,8 +132,13 @@ def films() -> dict[str, tuple[Film, Knobs]]:
     return made
 
 
+def gltf_films() -> dict[str, tuple[Film, Knobs]]:
+    return {name: (film, knobs_of(film, Package(), "gltf")) for name, (film, _) in films().items()}
+
+
 def three_js(folder: Path) -> list[Row]:
-    reports = {name: ir.export(text, "gltf", folder / f"gltf-{name}", vary=RANGE_NM) for name, text in STACKS.items()}
+    for name, text in STACKS.items():
+        ir.export(text, "gltf", folder / f"gltf-{name}", vary=RANGE_NM)
     question = {
         "chromium": readers.chromium(),
         "folder": str(folder),
@@ -143,7 +148,9 @@ def three_js(folder: Path) -> list[Row]:
     }
     answer = readers.node("three.mjs", question)
     seen = {name: _rgb(one["rgb"]) @ TO_XYZ.T for name, one in zip(STACKS, answer["answers"], strict=True)}
-    predicted = {name: float(report.delta_e["mean"]) for name, report in reports.items()}  # type: ignore[arg-type]
+    predicted = {
+        name: float(differences(gltf.show_three, knobs, film).mean()) for name, (film, knobs) in gltf_films().items()
+    }
     how = "exported glTF through GLTFLoader, three.js's own film shader in WebGL2"
     return [row("three.js", f"r{answer['revision']}", how, seen, predicted)]
 
@@ -167,7 +174,8 @@ def babylon(folder: Path) -> list[Row]:
     answer = _run(source, calls)
     seen = {name: _rgb(one) @ TO_XYZ.T for name, one in zip(STACKS, answer, strict=True)}
     version = json.loads((package / "package.json").read_text())["version"]
-    return [row("Babylon.js", version, "its GLSL film function in WebGL2", seen)]
+    predicted = {name: float(differences(gltf.show, *pair[::-1]).mean()) for name, pair in gltf_films().items()}
+    return [row("Babylon.js", version, "its GLSL film function in WebGL2", seen, predicted)]
 
 
 def materialx(folder: Path) -> list[Row]:
@@ -188,13 +196,16 @@ def materialx(folder: Path) -> list[Row]:
             )
             conductors[name] = f"mx_fresnel_airy(p.y, mx_init_fresnel_conductor({vectors[1]}, {vectors[2]}, {tail}"
     rows = []
-    for how, calls in (
-        ("OpenPBR: dielectric lobe, metals with its Schlick base; GLSL in WebGL2", {**lobes, **schlick}),
-        ("conductor node, n and k at 600, 550, 450 nm; GLSL in WebGL2", conductors),
+    for how, calls, show in (
+        ("OpenPBR: dielectric lobe, metals with its Schlick base; GLSL in WebGL2", {**lobes, **schlick}, openpbr.show),
+        ("conductor node, n and k at 600, 550, 450 nm; GLSL in WebGL2", conductors, openpbr.show_conductor),
     ):
         answer = _run(materialx_glsl.source(mx), list(calls.values()))
         seen = {name: _rgb(one) @ TO_XYZ.T for name, one in zip(calls, answer, strict=True)}
-        rows.append(row("MaterialX", mx.getVersionString(), how, seen))
+        predicted = {
+            name: float(differences(show, *pair[::-1]).mean()) for name, pair in films().items() if name in seen
+        }
+        rows.append(row("MaterialX", mx.getVersionString(), how, seen, predicted))
     return rows
 
 
@@ -246,6 +257,20 @@ def mitsuba(folder: Path) -> list[Row]:
         predicted[name] = float(report.delta_e["mean"])  # type: ignore[arg-type]
     how = "exported plugin, llvm_ad_spectral, 131 072 samples a patch"
     return [row("Mitsuba", version, how, seen, predicted)]
+
+
+def luxcore(_: Path) -> list[Row]:
+    seen: dict[str, dict[str, np.ndarray]] = {"glass": {}, "metal": {}}
+    version = ""
+    for name, (_, knobs) in films().items():
+        if name == "C1":
+            continue  # its films only tint the reflection of what is below: on air it shows nothing
+        base = ",".join(f"{x:.6f}" for x in knobs.f0) if knobs.base_ior is None else f"{knobs.base_ior:.6f}"
+        answer = readers.run_lux(HERE / "lux_chart.py", f"{knobs.film_ior:.6f}", base, 4000)
+        version = answer["version"]
+        seen["metal" if knobs.base_ior is None else "glass"][name] = np.array(answer["rgb"]) @ TO_XYZ.T
+    hows = {"glass": "glass with a film, 64 000 samples a patch", "metal": "Disney metal with a film, 64 000 samples"}
+    return [row("LuxCore", version, hows[kind], charts) for kind, charts in seen.items()]
 
 
 def _run(source: str, calls: list[str]) -> list[list[float]]:

@@ -49,6 +49,14 @@ def blender() -> str:
     return program(".", FOLDER / "bpy" / "bin" / "python") if (FOLDER / "bpy").exists() else str(absent("bpy"))
 
 
+def run_lux(script: Path, *arguments: object, timeout: float = 600.0) -> Any:
+    """Run a script in the Python that holds pyluxcore; its last line is its answer in JSON."""
+    command = [program(".", FOLDER / "lux" / "bin" / "python"), str(script), *map(str, arguments)]
+    finished = subprocess.run(command, capture_output=True, text=True, timeout=timeout, check=False)
+    assert finished.returncode == 0, finished.stdout[-3000:] + finished.stderr[-3000:]
+    return json.loads(finished.stdout.strip().splitlines()[-1])
+
+
 def run_blender(script: Path, *arguments: object, timeout: float = 600.0) -> Any:
     """Run a script in Blender's Python; its last line is its answer in JSON."""
     command = [blender(), str(script), *map(str, arguments)]
