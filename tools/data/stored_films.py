@@ -23,10 +23,10 @@ STORED = {"free-bubble": (0.8, 1), "bubble-on-bath": (4.0, 1), "vertical-film": 
 def main() -> None:
     for preset, (time_s, seed) in STORED.items():
         start = time.perf_counter()
-        columns = int(_core.Flow(preset, None, seed, [], None, None).thickness_nm().shape[1])
-        film = _core.Flow(preset, None, seed, [], None, None)
+        columns = int(_core.Flow(preset, None, seed, [], None, None, None).thickness_nm().shape[1])
+        film = _core.Flow(preset, None, seed, [], None, None, None)
         for step in range(1, round(time_s / 0.005) + 1):
-            film.advance_to(step * 0.005)
+            film.advance_to(step * 0.005, None)
         steps = np.round(film.map() / STEP_NM)
         Image.fromarray(steps.astype(np.uint16)).save(FOLDER / f"{preset}.png", optimize=True)
         size = (FOLDER / f"{preset}.png").stat().st_size

@@ -56,7 +56,13 @@ impl Carry {
             velocity: vec![[0.0; 3]; sphere * (grid.rows + 2 * PAD) * stride],
             displacement: vec![[0.0; 3]; sphere * grid.cells()],
             caps: [0; 2],
-            scale: Scale { plane: grid.is_plane(), rows: grid.rows as f64, columns: grid.columns as f64, each },
+            scale: Scale {
+                plane: grid.is_plane(),
+                rows: grid.rows as f64,
+                columns: grid.columns as f64,
+                closes: grid.closes(),
+                each,
+            },
         }
     }
 
@@ -74,8 +80,10 @@ impl Carry {
                 let (above, below) = (&down[i * n..(i + 1) * n], &down[(i + 1) * n..(i + 2) * n]);
                 let square = wide!(middles(above, below, &across[i * n..(i + 1) * n], out));
                 for k in 0..PAD {
-                    out[k] = out[n + k];
-                    out[PAD + n + k] = out[PAD + k];
+                    let [(left, _), (right, _)] = grid.beyond(Kind::Scalar, k);
+                    let turned = |[v, u]: [f64; 2]| if grid.closes() { [v, u] } else { [v, -u] };
+                    out[PAD - 1 - k] = turned(out[PAD + left]);
+                    out[PAD + n + k] = turned(out[PAD + right]);
                 }
                 square
             })
@@ -257,6 +265,9 @@ impl Carry {
                     let site = Site { row: i as f64 + 0.5, column: 1.0, polar: grid.polar[i] };
                     let next = Ways { down: next_down, across: next_across };
                     wide!(near::velocity(&site, scale, [v, u], [own, next], 1, out));
+                    if !grid.closes() {
+                        out[n - 1] = 0.0;
+                    }
                     return;
                 }
                 for (j, out) in out.iter_mut().enumerate() {

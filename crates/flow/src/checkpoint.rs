@@ -196,7 +196,7 @@ fn impossible(state: &State, parameters: &Parameters) -> Option<String> {
                     Shape::Sphere { radius_m, .. } => {
                         (x * x + y * y + z * z - 1.0).abs() < 1e-6 && spot.radius <= 4.0 * radius_m
                     }
-                    Shape::Plane { width_m, height_m } => {
+                    Shape::Plane { width_m, height_m, .. } => {
                         x.abs() <= 2.0 * width_m && z.abs() <= 2.0 * height_m && spot.radius <= width_m + height_m
                     }
                 };

@@ -79,15 +79,21 @@ pub fn near(grid: &Grid, place: [f64; 3], reach: f64, mut each: impl FnMut(usize
                 (turn * n as f64, if circle > 0.0 { 1.7 * reach / circle + 1.0 } else { n as f64 })
             }
         };
-        let half = (half.ceil() as usize).min(n / 2);
+        // Around a row that closes on itself each column once; beside a border as far as it reaches.
+        let half = (half.ceil() as usize).min(if grid.closes() { n / 2 } else { n });
         let first = middle.floor() as isize - half as isize;
-        for k in 0..(2 * half).clamp(1, n) {
-            let column = (first + k as isize).rem_euclid(n as isize) as usize;
+        for k in 0..(2 * half).clamp(1, if grid.closes() { n } else { 2 * n }) {
+            let column = first + k as isize;
+            if !grid.closes() && !(0..n as isize).contains(&column) {
+                continue;
+            }
+            let column = column.rem_euclid(n as isize) as usize;
             let cell = grid.place(row, column);
             let d = match grid.shape {
                 Shape::Plane { width_m, .. } => {
                     let x = (cell[0] - place[0]).abs();
-                    x.min(width_m - x).hypot(cell[2] - place[2])
+                    let x = if grid.closes() { x.min(width_m - x) } else { x };
+                    x.hypot(cell[2] - place[2])
                 }
                 Shape::Sphere { radius_m, .. } => {
                     let chord = (0..3).map(|k| (cell[k] - place[k]).powi(2)).sum::<f64>().sqrt();
@@ -101,7 +107,8 @@ pub fn near(grid: &Grid, place: [f64; 3], reach: f64, mut each: impl FnMut(usize
     }
 }
 
-/// Where the meniscus touches the film, as a row that may lie between two; the length around it, m.
+/// Where the meniscus of a bubble or the lower border of a plane touches the film, as a row that may lie between two;
+/// the length around it, m.
 fn rim(grid: &Grid, p: &Parameters) -> (f64, f64) {
     let around = std::f64::consts::TAU;
     match grid.shape {
@@ -113,6 +120,24 @@ fn rim(grid: &Grid, p: &Parameters) -> (f64, f64) {
             (grid.rows as f64 - p.drop_m / grid.dy, around * radius_m * (p.drop_m / radius_m).sin())
         }
     }
+}
+
+/// Mean thickness of the film along the wetted borders: above the rim column by column, then, where a frame has them,
+/// beside the left and the right border row by row. A patch and a half wide.
+fn beside(grid: &Grid, p: &Parameters, rim: f64, h: &[f64]) -> Vec<f64> {
+    let n = grid.columns;
+    let band = 1.5 * p.patch_m / grid.dy;
+    let (first, last) = ((rim - band).max(0.0) as usize, (rim as usize).min(grid.rows));
+    let first = first.min(last - 1);
+    let mut means: Vec<f64> =
+        (0..n).map(|j| (first..last).map(|i| h[i * n + j]).sum::<f64>() / (last - first) as f64).collect();
+    if !grid.closes() {
+        let wide = ((1.5 * p.patch_m / grid.width[0]) as usize).clamp(1, n);
+        let mean = |cells: &[f64]| cells.iter().sum::<f64>() / wide as f64;
+        means.extend(h.chunks_exact(n).map(|row| mean(&row[..wide])));
+        means.extend(h.chunks_exact(n).map(|row| mean(&row[n - wide..])));
+    }
+    means
 }
 
 /// Marginal regeneration: the meniscus swallows thick film and gives the same area of thinner film back. Returns what
@@ -131,36 +156,46 @@ pub fn regenerate(
     }
     let n = grid.columns;
     let (rim, length) = rim(grid, p);
-    let band = 1.5 * p.patch_m / grid.dy;
-    let (first, last) = ((rim - band).max(0.0) as usize, (rim as usize).min(grid.rows));
-    let first = first.min(last - 1);
     // Patches per metre and second at each column. A patch swallows what its shape takes of the film above the rim:
     // the integral of (1 - r^w) / (1 - r) over it is 0.478 of a full disk, to 1 % for r from 0.8 to 0.9.
     let area = 0.478 * std::f64::consts::PI * p.patch_m * p.patch_m;
-    let speed = p.regeneration * p.tension / p.viscosity / p.meniscus_m.powf(1.5) / (area * (1.0 - p.patch_ratio));
-    let mut sums = Vec::with_capacity(n + 1);
+    let speed =
+        p.speed * p.regeneration * p.tension / p.viscosity / p.meniscus_m.powf(1.5) / (area * (1.0 - p.patch_ratio));
+    let means = beside(grid, p, rim, h);
+    let mut sums = Vec::with_capacity(means.len() + 1);
     let mut sum = 0.0;
     sums.push(0.0);
-    for j in 0..n {
-        let mean = (first..last).map(|i| h[i * n + j]).sum::<f64>() / (last - first) as f64;
-        sum += speed * mean.max(0.0).powf(1.5);
+    for (k, mean) in means.iter().enumerate() {
+        // As many columns' worth as the place is long.
+        let columns = if k < n { 1.0 } else { grid.dy / grid.width[0] };
+        sum += columns * speed * mean.max(0.0).powf(1.5);
         sums.push(sum);
     }
     let passing = sum * length / n as f64 * dt;
     clock.run(p.seed, Purpose::Patch, passing, |share, draws| {
         let wanted = draws.share() * sum;
-        let column = sums.partition_point(|&s| s < wanted).clamp(1, n) - 1;
-        let within = ((wanted - sums[column]) / (sums[column + 1] - sums[column])).clamp(0.0, 1.0);
+        let at = sums.partition_point(|&s| s < wanted).clamp(1, means.len()) - 1;
+        let within = ((wanted - sums[at]) / (sums[at + 1] - sums[at])).clamp(0.0, 1.0);
         // The mean of a^2 is patch_m^2, as the rate has it.
         let radius = p.patch_m * (0.3 * draws.normal() - 0.09).exp();
         let radius = radius.clamp(0.4 * p.patch_m, 2.5 * p.patch_m);
         let ratio = (p.patch_ratio + 0.05 * draws.normal()).clamp(0.5 * p.patch_ratio, 0.98);
-        let row = rim - 0.6 * radius / grid.dy;
         let place = match grid.shape {
-            Shape::Plane { height_m, .. } => [(column as f64 + within) * grid.width[0], 0.0, height_m - row * grid.dy],
+            Shape::Plane { width_m, height_m, .. } => {
+                // So far from the border that it swallows what the rate has it swallow.
+                let inside = 0.6 * radius;
+                let row = ((at.max(n) - n) % grid.rows) as f64 + within;
+                let height = height_m - row * grid.dy;
+                match at.checked_sub(n) {
+                    None => [(at as f64 + within) * grid.width[0], 0.0, height_m - (rim - inside / grid.dy) * grid.dy],
+                    Some(row) if row < grid.rows => [inside, 0.0, height],
+                    Some(_) => [width_m - inside, 0.0, height],
+                }
+            }
             Shape::Sphere { radius_m, .. } => {
+                let row = rim - 0.6 * radius / grid.dy;
                 let (s, c) = (row * grid.dy / radius_m).sin_cos();
-                let (sp, cp) = ((column as f64 + within) / n as f64 * std::f64::consts::TAU).sin_cos();
+                let (sp, cp) = ((at as f64 + within) / n as f64 * std::f64::consts::TAU).sin_cos();
                 [s * cp, s * sp, c]
             }
         };
@@ -202,7 +237,7 @@ pub fn open_spots(
     let rows: Vec<f64> =
         (0..grid.rows).map(|i| (0..n).filter(|&j| thin(i, j, h)).count() as f64 * grid.area[i]).collect();
     let total: f64 = rows.iter().sum();
-    clock.run(p.seed, Purpose::Spot, p.spots * total * dt, |share, draws| {
+    clock.run(p.seed, Purpose::Spot, p.speed * p.spots * total * dt, |share, draws| {
         let mut wanted = draws.share() * total;
         let (mut row, mut column) = (0, 0);
         'search: for (i, all) in rows.iter().enumerate() {
@@ -226,7 +261,7 @@ pub fn open_spots(
     });
     let mut lost = 0.0;
     for spot in spots.iter() {
-        let radius = (p.spot_speed * (time + dt - spot.from)).min(spot.radius);
+        let radius = (p.speed * p.spot_speed * (time + dt - spot.from)).min(spot.radius);
         // A rim as wide as the spot's own radius, two cells at least.
         let outer = 2.0 * radius + 2.0 * grid.dy;
         let (mut freed, mut room) = (0.0, 0.0);
@@ -250,7 +285,7 @@ pub fn open_spots(
             lost += freed;
         }
     }
-    let life = |spot: &Spot| spot.from + spot.radius / p.spot_speed;
+    let life = |spot: &Spot| spot.from + spot.radius / (p.speed * p.spot_speed);
     spots.retain(|spot| life(spot) > time + dt);
     lost
 }

@@ -2,7 +2,9 @@
 //! whose lengths are told row by row, so that one solver serves them all.
 //!
 //! Cells count from the top, row after row. `down` is the velocity through the lower and upper sides of cells
-//! (`rows + 1` rows), `across` the one through their right sides (`rows` rows); columns close on themselves.
+//! (`rows + 1` rows), `across` the one through their right sides (`rows` rows). Columns close on themselves; those of a
+//! frame with borders do not, but the velocity through its last right sides, which is none, stands for that through its
+//! first left ones, too.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,13 +18,34 @@ pub enum Shape {
         /// Angle from the top down to the rim, degrees.
         rim_deg: f64,
     },
-    /// A vertical plane that repeats across.
+    /// A vertical plane.
     Plane {
-        /// Width after which it repeats, m.
+        /// Width between its sides, or after which it repeats, m.
         width_m: f64,
         /// Height between its upper and lower side, m.
         height_m: f64,
+        /// What lies beyond its sides.
+        sides: Sides,
     },
+}
+
+/// What lies beyond the left and the right side of a plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sides {
+    /// The borders of a frame: menisci along which the film slips, and regenerates.
+    Menisci,
+    /// The same film again: the middle of a frame whose sides are out of sight.
+    Periodic,
+}
+
+impl Sides {
+    /// Both, by name.
+    pub const NAMES: [(&'static str, Sides); 2] = [("menisci", Sides::Menisci), ("periodic", Sides::Periodic)];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Sides::NAMES[usize::from(self == Sides::Periodic)].0
+    }
 }
 
 /// What lies beyond the first or the last row.
@@ -103,7 +126,7 @@ impl Grid {
                     curvature: 1.0 / (r * r),
                 }
             }
-            Shape::Plane { width_m, height_m } => {
+            Shape::Plane { width_m, height_m, .. } => {
                 let (dx, dy) = (width_m / columns as f64, height_m / rows as f64);
                 Grid {
                     shape,
@@ -138,7 +161,24 @@ impl Grid {
 
     /// Whether the last column's neighbour is the first.
     pub fn closes(&self) -> bool {
-        true
+        !matches!(self.shape, Shape::Plane { sides: Sides::Menisci, .. })
+    }
+
+    /// Columns of values to either side that a field of a frame with borders is mirrored from: the k-th beyond the left
+    /// one and beyond the right one, with its sign.
+    pub fn beyond(&self, kind: Kind, k: usize) -> [(usize, f64); 2] {
+        let n = self.columns;
+        match (self.closes(), kind) {
+            (true, _) => [(n - 1 - k, 1.0), (k, 1.0)],
+            (false, Kind::Scalar | Kind::Down) => [(k, 1.0), (n - 1 - k, 1.0)],
+            // Sides: the last is the border itself, and no flow passes either.
+            (false, Kind::Across) => [if k == 0 { (n - 1, 1.0) } else { (k - 1, -1.0) }, (n - 2 - k, -1.0)],
+        }
+    }
+
+    /// Columns after which rows repeat: those of a frame with borders do so with their mirror image.
+    pub fn period(&self) -> usize {
+        if self.closes() { self.columns } else { 2 * self.columns }
     }
 
     /// The middle of a cell: on the unit sphere (z up), or x and height on the plane, m.
@@ -222,8 +262,9 @@ impl Padded {
                 out[PAD..PAD + n].iter_mut().for_each(|value| *value = -*value);
             }
             for k in 0..PAD {
-                out[k] = out[n + k];
-                out[PAD + n + k] = out[PAD + k];
+                let [(left, left_sign), (right, right_sign)] = grid.beyond(kind, k);
+                out[PAD - 1 - k] = out[PAD + left] * left_sign;
+                out[PAD + n + k] = out[PAD + right] * right_sign;
             }
         });
     }

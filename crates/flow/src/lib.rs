@@ -32,5 +32,5 @@ mod laws;
 pub use error::FlowError;
 pub use film::{Books, Film, State, Summary};
 pub use films::{FilmRun, Films, MOST_SECONDS};
-pub use grid::Shape;
+pub use grid::{Shape, Sides};
 pub use parameters::{CHANGEABLE, PRESETS, Parameters};

@@ -31,6 +31,8 @@ pub struct Scale {
     pub plane: bool,
     pub rows: f64,
     pub columns: f64,
+    /// Whether the last column's neighbour is the first.
+    pub closes: bool,
     /// Rows and columns in one radius, or in one metre of a plane.
     pub each: [f64; 2],
 }
@@ -118,11 +120,15 @@ fn whole(x: f64) -> (f64, usize) {
     (below, (below + ROUND).to_bits() as u32 as usize)
 }
 
-/// Row, kept within the grid, and column, brought back into the first turn.
+/// Row, kept within the grid, and column, too, or brought back into the first turn.
 #[inline(always)]
 fn within(scale: &Scale, row: f64, column: f64) -> [f64; 2] {
     let row = if row < 0.0 { 0.0 } else { row };
     let row = if row > scale.rows { scale.rows } else { row };
+    if !scale.closes {
+        let column = if column < 0.0 { 0.0 } else { column };
+        return [row, if column > scale.columns { scale.columns } else { column }];
+    }
     let turns = whole(column * (1.0 / scale.columns)).0;
     let column = column - turns * scale.columns;
     [row, if column > scale.columns { scale.columns } else { column }]
@@ -276,7 +282,7 @@ mod tests {
     /// Against points and vectors of three parts, and the library's arc tangents.
     #[test]
     fn ways_agree_with_points_of_space() {
-        let scale = Scale { plane: false, rows: 0.0, columns: 0.0, each: [1.0; 2] };
+        let scale = Scale { plane: false, rows: 0.0, columns: 0.0, closes: true, each: [1.0; 2] };
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let frame = |t: f64, f: f64| {
             let ((s, c), (sp, cp)) = (t.sin_cos(), f.sin_cos());

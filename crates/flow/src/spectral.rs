@@ -9,10 +9,58 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 /// Waves that are solved side by side.
 const BLOCK: usize = 16;
 
+/// How rows go on beyond their ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ends {
+    /// They repeat.
+    Closed,
+    /// They are mirrored at the sides of the outermost cells: a cosine transform.
+    Even,
+    /// They are mirrored with the other sign, at the last value, which is none, and at the one before the first: a sine
+    /// transform.
+    Odd,
+}
+
+impl Ends {
+    /// Length after which rows repeat.
+    fn period(self, columns: usize) -> usize {
+        if self == Ends::Closed { columns } else { 2 * columns }
+    }
+
+    /// A row over a whole period.
+    fn extend(self, row: &[f64], out: &mut [f64]) {
+        let n = row.len();
+        match self {
+            Ends::Closed => out.copy_from_slice(row),
+            Ends::Even => {
+                out[..n].copy_from_slice(row);
+                out[n..].iter_mut().zip(row.iter().rev()).for_each(|(out, value)| *out = *value);
+            }
+            Ends::Odd => {
+                (out[0], out[n]) = (0.0, 0.0);
+                out[1..n].copy_from_slice(&row[..n - 1]);
+                out[n + 1..].iter_mut().zip(row[..n - 1].iter().rev()).for_each(|(out, value)| *out = -value);
+            }
+        }
+    }
+
+    /// The row of a whole period, times `scale`.
+    fn restrict(self, whole: &[f64], scale: f64, row: &mut [f64]) {
+        let n = row.len();
+        if self == Ends::Odd {
+            row[..n - 1].iter_mut().zip(&whole[1..n]).for_each(|(out, value)| *out = value * scale);
+            row[n - 1] = 0.0;
+        } else {
+            row.iter_mut().zip(whole).for_each(|(out, value)| *out = value * scale);
+        }
+    }
+}
+
 /// Transforms of rows of one length, and room for them.
 pub struct Spectral {
     columns: usize,
     rows: usize,
+    ends: Ends,
     waves: usize,
     forward: Arc<dyn RealToComplex<f64>>,
     inverse: Arc<dyn ComplexToReal<f64>>,
@@ -37,7 +85,7 @@ pub fn second_difference(wave: usize, columns: usize) -> f64 {
 }
 
 impl Tridiagonal {
-    /// Of `rows` unknowns: `diagonal(row, second difference of the wave)`. Where a pivot vanishes (a constant that
+    /// Of `rows` unknowns on rows that repeat after `columns`: `diagonal(row, second difference of the wave)`. Where a pivot vanishes (a constant that
     /// nothing determines) that unknown is zero.
     pub fn new(columns: usize, above: Vec<f64>, below: Vec<f64>, diagonal: impl Fn(usize, f64) -> f64 + Sync) -> Self {
         let rows = above.len();
@@ -101,16 +149,18 @@ pub enum Task<'a> {
 }
 
 impl Spectral {
-    pub fn new(columns: usize, rows: usize) -> Spectral {
+    pub fn new(columns: usize, rows: usize, ends: Ends) -> Spectral {
         let mut planner = RealFftPlanner::new();
-        let waves = columns / 2 + 1;
+        let period = ends.period(columns);
+        let waves = period / 2 + 1;
         let zero = Complex::new(0.0, 0.0);
         Spectral {
             columns,
             rows,
             waves,
-            forward: planner.plan_fft_forward(columns),
-            inverse: planner.plan_fft_inverse(columns),
+            ends,
+            forward: planner.plan_fft_forward(period),
+            inverse: planner.plan_fft_inverse(period),
             spectra: vec![zero; rows * waves],
             blocks: vec![zero; waves.div_ceil(BLOCK) * rows * BLOCK],
         }
@@ -118,6 +168,10 @@ impl Spectral {
 
     /// Solves in place, row after row; `without_mean` leaves the mean of each row out, which comes back as zero.
     pub fn solve(&mut self, values: &mut [f64], task: &Task<'_>, without_mean: bool) {
+        if self.ends != Ends::Closed {
+            self.transform(values);
+            return self.finish(values, task, without_mean);
+        }
         let forward = self.forward.clone();
         // The transforms take only buffers of their own lengths, so none of their errors can happen.
         self.spectra
@@ -137,7 +191,13 @@ impl Spectral {
 
     /// The same from one place to another.
     pub fn solve_from(&mut self, from: &[f64], values: &mut [f64], task: &Task<'_>, without_mean: bool) {
-        let forward = self.forward.clone();
+        self.transform(from);
+        self.finish(values, task, without_mean);
+    }
+
+    /// The spectra of rows.
+    fn transform(&mut self, from: &[f64]) {
+        let (forward, ends) = (self.forward.clone(), self.ends);
         self.spectra
             .par_chunks_exact_mut(self.waves)
             .zip(from.par_chunks_exact(self.columns))
@@ -145,13 +205,12 @@ impl Spectral {
             .for_each_init(
                 || (forward.make_input_vec(), forward.make_scratch_vec()),
                 |(room, scratch), (spectrum, row)| {
-                    room.copy_from_slice(row);
+                    ends.extend(row, room);
                     forward
                         .process_with_scratch(room, spectrum, scratch)
                         .expect("buffers of the transform's own length");
                 },
             );
-        self.finish(values, task, without_mean);
     }
 
     /// All but the transform of the rows.
@@ -182,15 +241,21 @@ impl Spectral {
         });
         let blocks = &self.blocks;
         let inverse = &self.inverse;
-        let scale = 1.0 / columns as f64;
+        let ends = self.ends;
+        let scale = 1.0 / ends.period(columns) as f64;
         self.spectra
             .par_chunks_exact_mut(waves)
             .zip(values.par_chunks_exact_mut(columns))
             .enumerate()
             .with_min_len(8)
             .for_each_init(
-                || inverse.make_scratch_vec(),
-                |scratch, (row, (spectrum, out))| {
+                || {
+                    (
+                        inverse.make_scratch_vec(),
+                        if ends == Ends::Closed { Vec::new() } else { inverse.make_output_vec() },
+                    )
+                },
+                |(scratch, room), (row, (spectrum, out))| {
                     for (block, part) in spectrum.chunks_mut(BLOCK).enumerate() {
                         let start = (block * rows + row) * BLOCK;
                         part.copy_from_slice(&blocks[start..start + part.len()]);
@@ -198,10 +263,15 @@ impl Spectral {
                     // A real row has no imaginary part in its mean, nor in the wave of two columns.
                     spectrum[0].im = 0.0;
                     spectrum[waves - 1].im = 0.0;
+                    let whole = if ends == Ends::Closed { &mut *out } else { &mut room[..] };
                     inverse
-                        .process_with_scratch(spectrum, out, scratch)
+                        .process_with_scratch(spectrum, whole, scratch)
                         .expect("buffers of the transform's own length");
-                    out.iter_mut().for_each(|value| *value *= scale);
+                    if ends == Ends::Closed {
+                        out.iter_mut().for_each(|value| *value *= scale);
+                    } else {
+                        ends.restrict(room, scale, out);
+                    }
                 },
             );
     }

@@ -140,6 +140,7 @@ impl Overlaps {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::Sides;
 
     const DOME: Shape = Shape::Sphere { radius_m: 0.025, rim_deg: 90.0 };
 
@@ -152,7 +153,7 @@ mod tests {
     #[test]
     fn volume_and_range_are_kept_and_fields_that_are_smooth_stay_so() {
         let value = |x: f64, y: f64| 500.0 + 200.0 * (std::f64::consts::TAU * x).cos() * (3.0 * y).sin();
-        for shape in [DOME, Shape::Plane { width_m: 0.1, height_m: 0.06 }] {
+        for shape in [DOME, Shape::Plane { width_m: 0.1, height_m: 0.06, sides: Sides::Periodic }] {
             for (width, height) in [(300, 70), (64, 16), (37, 201), (1, 1)] {
                 let grid = Grid::new(shape, 128, 48);
                 let field = field(width, height, value);

@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use crate::grid::Grid;
-use crate::spectral::{Spectral, Task, Tridiagonal};
+use crate::spectral::{Ends, Spectral, Task, Tridiagonal};
 
 /// Most iterations: what is needed is a few.
 const MOST: usize = 500;
@@ -27,7 +27,7 @@ impl Tension {
     pub fn new(grid: &Grid) -> Tension {
         let zeros = || vec![0.0; grid.cells()];
         Tension {
-            spectral: Spectral::new(grid.columns, grid.rows),
+            spectral: Spectral::new(grid.columns, grid.rows, if grid.closes() { Ends::Closed } else { Ends::Even }),
             up: vec![0.0; grid.cells() + grid.columns],
             right: zeros(),
             residual: zeros(),
@@ -55,9 +55,13 @@ impl Tension {
             right_side.iter_mut().for_each(|value| *value -= mean);
         }
         let row_mean = |values: &[f64]| values.chunks_exact(n).map(mean_of).collect::<Vec<f64>>();
-        let (up, right) = (row_mean(&self.up), row_mean(&self.right));
+        let (up, mut right) = (row_mean(&self.up), row_mean(&self.right));
+        if !grid.closes() {
+            // The borders couple nothing: one side less than cells.
+            right.iter_mut().for_each(|mean| *mean *= n as f64 / (n - 1) as f64);
+        }
         let rows = grid.rows;
-        let system = Tridiagonal::new(n, up[..rows].to_vec(), up[1..].to_vec(), |row, turn| {
+        let system = Tridiagonal::new(grid.period(), up[..rows].to_vec(), up[1..].to_vec(), |row, turn| {
             diagonal[row] + up[row] + up[row + 1] + right[row] * turn
         });
 

@@ -67,6 +67,7 @@ impl Transport {
         ghosts.fill(grid, Kind::Scalar, h);
         let from = &*h;
         let line = |i: isize| ghosts.line(from, i);
+        let closes = grid.closes();
         half_across
             .par_chunks_exact_mut(n)
             .zip(flux_across.par_chunks_exact_mut(n))
@@ -84,8 +85,8 @@ impl Transport {
                 wide!({
                     *limits = held(row, u, [v, w], lengths, 1.0 / grid.area[i]);
                     room.middles(u, rate);
-                    room.half_across(row, half);
-                    room.half_down([above, row, below], [v, w], dt / grid.dy / 2.0);
+                    room.half_across(row, closes, half);
+                    room.half_down([above, row, below], [v, w], dt / grid.dy / 2.0, closes);
                     room.flux(u, rate, grid.dy * grid.width[i], flux);
                 });
             });
@@ -325,7 +326,7 @@ impl Row {
 
     /// Half of it as it is and half of it a half step later.
     #[inline(always)]
-    fn half_across(&mut self, row: &[f64], out: &mut [f64]) {
+    fn half_across(&mut self, row: &[f64], closes: bool, out: &mut [f64]) {
         let n = row.len();
         let (c, out) = (&self.middles[..n], &mut out[..n]);
         if self.far {
@@ -333,8 +334,14 @@ impl Row {
                 let from = j as f64 - c[j];
                 let left = floor(from);
                 let share = from - left;
-                let left = (left as isize).rem_euclid(n as isize) as usize;
-                let right = if left + 1 == n { 0 } else { left + 1 };
+                let (left, right) = if closes {
+                    let left = (left as isize).rem_euclid(n as isize) as usize;
+                    (left, if left + 1 == n { 0 } else { left + 1 })
+                } else {
+                    // No way leads beyond a border; half a cell next to it is its own mirror image.
+                    let within = |k: isize| k.clamp(0, n as isize - 1) as usize;
+                    (within(left as isize), within(left as isize + 1))
+                };
                 out[j] = 0.5 * (row[j] + row[left] * (1.0 - share) + row[right] * share);
             }
             return;
@@ -343,15 +350,16 @@ impl Row {
             let slope = if c > 0.0 { here - before } else { after - here };
             here - 0.5 * c * slope
         };
-        out[0] = one(row[n - 1], row[0], row[1], c[0]);
+        let (first, last) = if closes { (row[n - 1], row[0]) } else { (row[0], row[n - 1]) };
+        out[0] = one(first, row[0], row[1], c[0]);
         for j in 1..n - 1 {
             out[j] = one(row[j - 1], row[j], row[j + 1], c[j]);
         }
-        out[n - 1] = one(row[n - 2], row[n - 1], row[0], c[n - 1]);
+        out[n - 1] = one(row[n - 2], row[n - 1], last, c[n - 1]);
     }
 
     #[inline(always)]
-    fn half_down(&mut self, rows: [&[f64]; 3], sides: [&[f64]; 2], rate: f64) {
+    fn half_down(&mut self, rows: [&[f64]; 3], sides: [&[f64]; 2], rate: f64, closes: bool) {
         let n = rows[0].len();
         let [above, here, below] = rows.map(|row| &row[..n]);
         let [v, w] = sides.map(|side| &side[..n]);
@@ -362,8 +370,9 @@ impl Row {
             out[j] = here[j] - 0.5 * c.abs() * (here[j] - from);
         }
         for k in 0..GHOSTS {
-            self.cells[k] = self.cells[n + k];
-            self.cells[GHOSTS + n + k] = self.cells[GHOSTS + k];
+            let (left, right) = if closes { (n - 1 - k, k) } else { (k, n - 1 - k) };
+            self.cells[GHOSTS - 1 - k] = self.cells[GHOSTS + left];
+            self.cells[GHOSTS + n + k] = self.cells[GHOSTS + right];
         }
     }
 

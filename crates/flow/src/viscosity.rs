@@ -5,7 +5,7 @@
 use rayon::prelude::*;
 
 use crate::grid::Grid;
-use crate::spectral::{Spectral, Task, Tridiagonal};
+use crate::spectral::{Ends, Spectral, Task, Tridiagonal};
 
 pub struct Viscosity {
     spectral: Spectral,
@@ -15,7 +15,8 @@ pub struct Viscosity {
 impl Viscosity {
     pub fn new(grid: &Grid) -> Viscosity {
         let rows = grid.rows - 1;
-        Viscosity { spectral: Spectral::new(grid.columns, rows), corners: vec![0.0; rows * grid.columns] }
+        let ends = if grid.closes() { Ends::Closed } else { Ends::Odd };
+        Viscosity { spectral: Spectral::new(grid.columns, rows, ends), corners: vec![0.0; rows * grid.columns] }
     }
 
     /// `spread` is nu dt by row, m2.
@@ -30,6 +31,10 @@ impl Viscosity {
                 let right = v[if j + 1 == n { 0 } else { j + 1 }];
                 out[j] = (wider * below[j] - wide * above[j] - grid.dy * (right - v[j])) * scale;
             }
+            if !grid.closes() {
+                // The film slips along its borders.
+                out[n - 1] = 0.0;
+            }
         });
         // The Laplacian on corners: above, below, and across for each wave.
         let rows = grid.rows - 1;
@@ -38,15 +43,17 @@ impl Viscosity {
         let across_of = |i: usize, turn: f64| grid.dy / (grid.side[i + 1] * grid.corner_area[i + 1]) * turn;
         let at_corner = |i: usize| (spread[i] + spread[i + 1]) / 2.0;
         let scaled = |values: &[f64]| values.iter().enumerate().map(|(i, value)| at_corner(i) * value).collect();
-        let spreading = Tridiagonal::new(n, scaled(&above), scaled(&below), |i, turn| {
+        let spreading = Tridiagonal::new(grid.period(), scaled(&above), scaled(&below), |i, turn| {
             1.0 + at_corner(i) * (above[i] + below[i] + across_of(i, turn) - 2.0 * grid.curvature)
         });
         // Minus the Laplacian, so that its stream function comes with the other sign.
         let (up, low) = (above.clone(), below.clone());
-        let laplacian = Tridiagonal::new(n, up, low, |i, turn| above[i] + below[i] + across_of(i, turn));
+        let laplacian = Tridiagonal::new(grid.period(), up, low, |i, turn| above[i] + below[i] + across_of(i, turn));
         self.spectral.solve(&mut self.corners, &Task::SolveChange(&spreading, &laplacian), true);
 
-        self.mean_flow(grid, across, spread);
+        if grid.closes() {
+            self.mean_flow(grid, across, spread);
+        }
 
         // The stream function is zero at both ends: there no wave has a place, or no liquid passes.
         let stream = &self.corners;

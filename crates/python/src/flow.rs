@@ -21,6 +21,7 @@ pub struct Flow {
 #[pymethods]
 impl Flow {
     #[new]
+    #[allow(clippy::too_many_arguments)] // the arguments of a Python class
     fn new(
         py: Python<'_>,
         preset: &str,
@@ -29,8 +30,12 @@ impl Flow {
         changes: Vec<(String, f64)>,
         checkpoint: Option<Vec<u8>>,
         initial: Option<PyRef<'_, crate::thickness::ThicknessMap>>,
+        sides: Option<&str>,
     ) -> Result<Flow> {
-        let parameters = parameters(preset, columns, seed, &changes)?;
+        let mut parameters = parameters(preset, columns, seed, &changes)?;
+        if let Some(sides) = sides {
+            parameters.set_sides(sides)?;
+        }
         let initial = initial.map(|map| map.inner.clone());
         let film = beside(py, Long::default(), |_| -> std::result::Result<Film, FlowError> {
             Ok(match (checkpoint, initial) {
@@ -119,10 +124,15 @@ impl Flow {
         Ok(PyBytes::new(py, &bytes))
     }
 
+    /// What lies beyond the sides of a plane.
+    fn sides(&self, py: Python<'_>) -> Result<Option<&'static str>> {
+        Ok(locked(py, &self.inner)?.parameters().sides())
+    }
+
     /// Every number by its name; the seed apart.
     fn parameters(&self, py: Python<'_>) -> Result<Vec<(&'static str, f64)>> {
         let listed = locked(py, &self.inner)?.parameters().listed();
-        Ok(listed.into_iter().filter(|(name, _)| *name != "seed").collect())
+        Ok(listed.into_iter().filter(|(name, _)| !["seed", "sides"].contains(name)).collect())
     }
 }
 

@@ -29,6 +29,10 @@ pub fn start(face: &mut Face) -> Result<(), String> {
     parameters.seed = seed as u64;
     for line in lines.filter(|line| !line.is_empty()) {
         let (name, value) = line.split_once('=').ok_or_else(|| format!("a change is name=value, got {line:?}"))?;
+        if name == "sides" {
+            parameters.set_sides(value).map_err(|e| e.to_string())?;
+            continue;
+        }
         let value = value.parse().map_err(|_| format!("{name} must be a number, got {value:?}"))?;
         parameters.set(name, value).map_err(|e| e.to_string())?;
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -149,13 +149,14 @@ class Simulation(Iterator[Frame]):
         return self.facts["ruptured_s"]
 
     @property
-    def parameters(self) -> dict[str, float]:
-        """Every number that the film follows, by its name; the unit is in the name.
+    def parameters(self) -> dict[str, Any]:
+        """Every number that the film follows, by its name; the unit is in the name. ``sides`` of a plane is a word.
 
         >>> simulate("late").parameters["thickness_nm"]
         260.0
         """
-        return dict(self._core.parameters())
+        sides = self._core.sides()
+        return dict(self._core.parameters()) | ({} if sides is None else {"sides": sides})
 
     def map(self) -> ThicknessMap:
         """The film now as a map for a whole sphere, to be laid over it by u and v.
@@ -197,11 +198,11 @@ def simulate(
     progress: Told = None,
     *,
     initial: ThicknessMap | ArrayLike | None = None,
-    **parameters: float,
+    **parameters: float | str,
 ) -> Simulation:
     """A soap film from its physics, frame by frame: gravity, Marangoni tension, air, evaporation, black film.
 
-    preset             one of `presets`; ``...-time-lapse`` drains 5 to 10 times faster than nature
+    preset             one of `presets`; ``...-time-lapse`` has ``speed`` 6: it loses its liquid six times sooner
     time_s             time of the last frame, s, >= 0; the first is at 0
     frames_per_second  > 0. The film's own steps divide the time between two frames evenly
     seed               0 to 2**64 - 1: another seed, another film. The same seed gives the same bytes on any number of
@@ -217,7 +218,9 @@ def simulate(
                        around. It is brought onto the film's grid with its volume kept; ``thickness_nm`` is then its
                        mean. A checkpoint wants it again
     **parameters       any number of `Simulation.parameters` but ``columns`` and ``rows``, in the unit of its name;
-                       ``humidity`` (0 to 1) instead of ``evaporation_nm_s``
+                       ``humidity`` (0 to 1) instead of ``evaporation_nm_s``. ``speed`` multiplies all that takes liquid
+                       and nothing that moves. ``sides`` of a plane: ``"menisci"``, borders of a frame along which it
+                       regenerates, or ``"periodic"``, the middle of a wide frame, which repeats
     Returns            Simulation, an iterator of Frame: time in s and thickness in nm
     Raises             ValueError naming the parameter, its value and what is allowed: an unknown preset, a negative
                        viscosity, a radius of zero, a grid too coarse for the patches, a checkpoint of another run; while
@@ -242,11 +245,14 @@ def simulate(
     check_progress(progress)
     if columns is not None:
         columns = whole("columns", columns, 16, 16384)
+    sides = parameters.pop("sides", None)
+    if not (sides is None or isinstance(sides, str)):
+        raise ValueError(f'sides must be "menisci" or "periodic", got {sides!r:.60}')
     changes = [(name, number(name, value)) for name, value in parameters.items()]
     if not (checkpoint is None or isinstance(checkpoint, bytes)):
         raise ValueError(f"checkpoint must be bytes or None, got {type(checkpoint).__name__}")
     start = _initial(initial, parameters)
-    core = _core.Flow(preset, columns, whole("seed", seed, 0, _MAX_SEED), changes, checkpoint, start)
+    core = _core.Flow(preset, columns, whole("seed", seed, 0, _MAX_SEED), changes, checkpoint, start, sides)
     first = 0
     if checkpoint is not None:
         reached = float(core.facts()["time_s"] or 0.0)
@@ -259,7 +265,7 @@ def simulate(
     return Simulation(core, end, rate, first, progress)
 
 
-def _initial(initial: ThicknessMap | ArrayLike | None, parameters: dict[str, float]) -> _core.ThicknessMap | None:
+def _initial(initial: ThicknessMap | ArrayLike | None, parameters: dict[str, float | str]) -> _core.ThicknessMap | None:
     if initial is None:
         return None
     for name in ("thickness_nm", "noise"):

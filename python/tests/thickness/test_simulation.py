@@ -339,6 +339,36 @@ def test_a_film_starts_from_a_given_thickness(tmp_path: Path) -> None:
             simulate("late", **bad)  # type: ignore[arg-type]
 
 
+def test_frames_have_borders_or_repeat(tmp_path: Path) -> None:
+    frame, wide = (
+        simulate(name, time_s=0.5, frames_per_second=2)
+        for name in ("vertical-film-preview", "vertical-film-wide-preview")
+    )
+    again = simulate("vertical-film-preview", time_s=0.5, frames_per_second=2, sides="periodic")
+    last = [list(film)[-1].thickness_nm for film in (frame, wide, again)]
+    assert np.array_equal(last[1], last[2]) and np.abs(last[0] - last[1]).max() > 20.0
+    assert [film.parameters["sides"] for film in (frame, wide, again)] == ["menisci", "periodic", "periodic"]
+    # Two more borders of 6 cm beside one of 10 cm swallow more.
+    assert frame.history["swallowed"][-1] > 1.5 * wide.history["swallowed"][-1]
+    assert "sides" not in simulate("late").parameters
+    lapse = simulate("late-time-lapse").parameters
+    assert lapse.pop("speed") == 6.0 and lapse == {k: v for k, v in simulate("late").parameters.items() if k != "speed"}
+    for preset, sides, part in [
+        ("vertical-film", "glass", 'sides must be "menisci" or "periodic", got "glass"'),
+        ("vertical-film", 1.0, 'sides must be "menisci" or "periodic", got 1.0'),
+        ("late", "menisci", 'sides must be left out for a bubble, which has none, got "menisci"'),
+    ]:
+        with pytest.raises(ValueError, match=part):
+            simulate(preset, sides=sides)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="speed must be a finite number > 0"):
+        simulate("late", speed=0.0)
+    done = iridesce(
+        "flow", "vertical-film-preview", "--set", "sides=periodic", "--time", "0", "-o", "run", folder=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads((tmp_path / "run" / "run.json").read_text())["parameters"]["sides"] == "periodic"
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of files")
 def test_a_disk_that_fills_loses_nothing(tmp_path: Path) -> None:
     import resource

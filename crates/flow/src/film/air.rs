@@ -70,7 +70,7 @@ pub fn eddies(grid: &Grid, p: &Parameters) -> Vec<([Vec<f64>; 2], f64, f64)> {
     }
     let size = match p.shape {
         Shape::Sphere { radius_m, .. } => radius_m,
-        Shape::Plane { width_m, height_m } => width_m.min(height_m) / 2.0,
+        Shape::Plane { width_m, height_m, .. } => width_m.min(height_m) / 2.0,
     };
     (0..EDDY_FIELDS)
         .map(|k| {

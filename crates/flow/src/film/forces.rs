@@ -66,7 +66,7 @@ pub fn push(
             let coupling = grid.dy / grid.width[i];
             let pushed = Pushed { density: p.density, air_mass: p.air_mass, dt, gravity: 0.0, coming: 0.0, coupling };
             let (h, drag, air) = (&h[row.clone()], &drag[row.clone()], &air[1][row]);
-            // All but the last, whose neighbour is the first.
+            // All but the last, whose neighbour is the first, or a border that nothing passes.
             let m = n - 1;
             wide!(push_row(
                 &pushed,
@@ -76,6 +76,10 @@ pub fn push(
                 &mut across[..m],
                 &mut right[..m]
             ));
+            if !grid.closes() {
+                (across[m], right[m]) = (0.0, 0.0);
+                return;
+            }
             let last = |values: &[f64]| [values[m], values[0]];
             let ([a, b], [c, d]) = (last(h), last(drag));
             push_row(&pushed, [&[a], &[b]], [&[c], &[d]], &air[m..], &mut across[m..], &mut right[m..]);

@@ -66,6 +66,9 @@ impl Film {
             *to += add;
         }
         // Nothing passes a wall.
+        if !grid.closes() {
+            self.state.across.iter_mut().skip(n - 1).step_by(n).for_each(|u| *u = 0.0);
+        }
         if grid.top == Edge::Wall {
             self.state.down[..n].fill(0.0);
         }

@@ -10,7 +10,7 @@ use crate::error::FlowError;
 use crate::events::{self, Clock};
 use crate::grid::{Edge, Grid, Shape};
 use crate::parameters::Parameters;
-use crate::spectral::{Spectral, Task, Tridiagonal};
+use crate::spectral::{Ends, Spectral, Task, Tridiagonal};
 use crate::start;
 use crate::tension::Tension;
 use crate::transport::{MOST_SUBSTEPS, Transport};
@@ -156,7 +156,7 @@ impl Film {
             transport: Transport::new(&grid),
             tension: Tension::new(&grid),
             viscosity: Viscosity::new(&grid),
-            diffusion: Spectral::new(grid.columns, grid.rows),
+            diffusion: Spectral::new(grid.columns, grid.rows, if grid.closes() { Ends::Closed } else { Ends::Even }),
             wind,
             eddies,
             substeps: 0,
@@ -404,7 +404,7 @@ impl Film {
             let part = |i: usize| if i == 0 || i == grid.rows { 0.0 } else { spread * grid.side[i] / grid.dy };
             let above: Vec<f64> = (0..grid.rows).map(part).collect();
             let below: Vec<f64> = (0..grid.rows).map(|i| part(i + 1)).collect();
-            let system = Tridiagonal::new(n, above, below, |i, turn| {
+            let system = Tridiagonal::new(grid.period(), above, below, |i, turn| {
                 grid.area[i] + part(i) + part(i + 1) + spread * grid.dy / grid.width[i] * turn
             });
             let mut amount: Vec<f64> = state.s.iter().enumerate().map(|(k, s)| s.exp() * grid.area[k / n]).collect();

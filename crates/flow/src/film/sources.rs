@@ -9,7 +9,7 @@ use crate::parameters::Parameters;
 
 /// Evaporation, down to black film; thin film turns black. Returns what went either way, m3.
 pub fn thin(grid: &Grid, p: &Parameters, h: &mut [f64], dt: f64) -> (f64, f64) {
-    let (loss, kept) = (p.evaporation * dt, (-dt / p.black_s).exp());
+    let (loss, kept) = (p.speed * p.evaporation * dt, (-dt * p.speed / p.black_s).exp());
     let rows: Vec<(f64, f64)> = h
         .par_chunks_exact_mut(grid.columns)
         .with_min_len(8)
@@ -22,7 +22,7 @@ pub fn thin(grid: &Grid, p: &Parameters, h: &mut [f64], dt: f64) -> (f64, f64) {
 /// at the lower wall, m3.
 pub fn drain_inside(grid: &Grid, p: &Parameters, h: &mut [f64], dt: f64) -> f64 {
     let n = grid.columns;
-    let strength = p.density * p.weight() / (12.0 * p.viscosity);
+    let strength = p.speed * p.density * p.weight() / (12.0 * p.viscosity);
     let thickest = h
         .par_chunks(4096)
         .map(|part| wide!(part.iter().fold(0.0, |a: f64, &b| if b > a { b } else { a })))
@@ -71,13 +71,15 @@ pub fn move_spots(grid: &Grid, spots: &mut [Spot], down: &[f64], across: &[f64],
             )
         };
         let i = (row.max(0.0) as usize).min(grid.rows - 1);
-        let j = (column.floor() as isize).rem_euclid(n as isize) as usize;
+        let j = column.floor() as isize;
+        let j = if grid.closes() { j.rem_euclid(n as isize) } else { j.clamp(0, n as isize - 1) } as usize;
         let v = (down[i * n + j] + down[(i + 1) * n + j]) / 2.0 * dt / grid.radius;
         let u = (across[i * n + j] + across[i * n + (j + n - 1) % n]) / 2.0 * dt / grid.radius;
         let [sin, cos] = turn;
         spot.place = if grid.is_plane() {
             let width = grid.width[0] * n as f64;
-            [(x[0] + u).rem_euclid(width), 0.0, x[2] - v]
+            let x = x[0] + u;
+            [if grid.closes() { x.rem_euclid(width) } else { x.clamp(0.0, width) }, 0.0, spot.place[2] - v]
         } else {
             let y = [x[0] + v * x[2] * cos - u * sin, x[1] + v * x[2] * sin + u * cos, x[2] - v * s];
             let scale = 1.0 / y.iter().map(|y| y * y).sum::<f64>().sqrt();

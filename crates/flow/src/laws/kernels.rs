@@ -100,7 +100,7 @@ fn constants_stay_constant_and_ranges_are_kept() {
 #[test]
 fn a_rigid_vertical_film_drains_by_its_own_law() {
     let off = |rows: usize| {
-        let shape = Shape::Plane { width_m: 0.016, height_m: 0.05 };
+        let shape = Shape::Plane { width_m: 0.016, height_m: 0.05, sides: Sides::Periodic };
         let p = Parameters { viscosity: 1.5e-3, gravity: 9.81, ..bare(shape, 16, rows) };
         let grid = Grid::new(shape, 16, rows);
         let law = |z: f64, t: f64| 2.0 * (p.viscosity * z / (p.density * p.gravity * t)).sqrt();

@@ -1,12 +1,13 @@
 //! The laws that a flowing film must obey, each against what it should be. `docs/guide/living-films.md` tabulates what
 //! `cargo test -p iridesce-flow laws -- --nocapture` prints.
 
+mod borders;
 mod kernels;
 mod motion;
 mod sources;
 
 use crate::film::{Film, State};
-use crate::grid::{Grid, Shape};
+use crate::grid::{Grid, Shape, Sides};
 use crate::parameters::Parameters;
 
 /// A film that nothing acts on: neither weight nor air nor friction nor losses.

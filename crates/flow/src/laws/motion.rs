@@ -170,7 +170,7 @@ fn a_film_at_rest_carries_its_own_weight() {
 /// exactly; growth where it is heavy above, an oscillation where it is heavy below.
 fn layered(columns: usize, b: f64, until: f64) -> (f64, Vec<f64>) {
     let (width, depth) = (0.02, 0.02);
-    let shape = Shape::Plane { width_m: width, height_m: depth };
+    let shape = Shape::Plane { width_m: width, height_m: depth, sides: Sides::Periodic };
     let rows = columns;
     let p = Parameters { gravity: 9.81, step_s: 0.032 / columns as f64, ..bare(shape, columns, rows) };
     let (k, kz) = (TAU / width, PI / depth);
@@ -238,7 +238,7 @@ fn heavy_film_below_swings_at_its_frequency() {
 /// A frame that leans has the weight of its slope: at 60 degrees half of it, the film swings 1 / sqrt(2) as fast.
 #[test]
 fn a_frame_that_leans_has_less_weight() {
-    let shape = Shape::Plane { width_m: 0.02, height_m: 0.02 };
+    let shape = Shape::Plane { width_m: 0.02, height_m: 0.02, sides: Sides::Periodic };
     let run = |tilt_deg: f64, gravity: f64| {
         let p = Parameters { gravity, tilt_deg, step_s: 1e-3, ..bare(shape, 32, 32) };
         let mut film = film(p, |grid, state| {
@@ -265,7 +265,7 @@ fn a_frame_that_leans_has_less_weight() {
 /// but for the work of the shaking.
 #[test]
 fn a_frame_that_is_pulled_up_has_more_weight() {
-    let shape = Shape::Plane { width_m: 0.02, height_m: 0.02 };
+    let shape = Shape::Plane { width_m: 0.02, height_m: 0.02, sides: Sides::Periodic };
     let run = |gravity: f64, shake: f64, shake_hz: f64| {
         let p = Parameters { gravity, shake, shake_hz, step_s: 1e-3, ..bare(shape, 32, 32) };
         let mut film = film(p, |grid, state| {
@@ -303,7 +303,7 @@ fn a_frame_that_is_pulled_up_has_more_weight() {
 /// A wave of tension runs at sqrt(E / (rho h)); backward Euler damps it by exp(-w^2 dt t / 2).
 #[test]
 fn a_marangoni_wave_runs() {
-    let shape = Shape::Plane { width_m: 0.02, height_m: 0.01 };
+    let shape = Shape::Plane { width_m: 0.02, height_m: 0.01, sides: Sides::Periodic };
     let k = TAU / 0.02;
     let frequency = k * (22e-3_f64 / 1e-3).sqrt();
     let dt = 0.05 / frequency;

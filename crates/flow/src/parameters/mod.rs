@@ -1,6 +1,6 @@
 //! Every number that a film follows: reading, changing and checking them.
 
-use crate::grid::Shape;
+use crate::grid::{Shape, Sides};
 use iridesce_thickness::ThicknessError;
 
 mod presets;
@@ -14,7 +14,7 @@ const MOST_CELLS: usize = 1 << 23;
 
 /// Parameters that may change while a film flows, by the names of [`Parameters::listed`]. The others say what the
 /// film is, or are counted from its start.
-pub const CHANGEABLE: [&str; 10] = [
+pub const CHANGEABLE: [&str; 11] = [
     "gravity_m_s2",
     "tilt_deg",
     "shake_m_s2",
@@ -22,6 +22,7 @@ pub const CHANGEABLE: [&str; 10] = [
     "viscosity_pa_s",
     "wind_m_s",
     "eddies_m_s",
+    "speed",
     "evaporation_nm_s",
     "humidity",
     "rupture_nm",
@@ -156,14 +157,14 @@ impl Parameters {
                 let around = self.drop_m.min(radius_m) * std::f64::consts::TAU / columns;
                 (radius_m * std::f64::consts::PI / rows).max(around)
             }
-            Shape::Plane { width_m, height_m } => (width_m / columns).max(height_m / rows),
+            Shape::Plane { width_m, height_m, .. } => (width_m / columns).max(height_m / rows),
         }
     }
 
     fn shape_numbers(&self) -> [(&'static str, f64); 2] {
         match self.shape {
             Shape::Sphere { radius_m, rim_deg } => [("radius_m", radius_m), ("rim_deg", rim_deg)],
-            Shape::Plane { width_m, height_m } => [("width_m", width_m), ("height_m", height_m)],
+            Shape::Plane { width_m, height_m, .. } => [("width_m", width_m), ("height_m", height_m)],
         }
     }
 
@@ -171,12 +172,45 @@ impl Parameters {
     /// remembers. A plane's width and height stand where a sphere has its radius and rim; the seed by its bits.
     pub fn listed(&self) -> Vec<(&'static str, f64)> {
         let mut all = self.shape_numbers().to_vec();
+        if let Shape::Plane { sides, .. } = self.shape {
+            all.push(("sides", f64::from(u8::from(sides == Sides::Periodic))));
+        }
         all.extend([("columns", self.columns as f64), ("rows", self.rows as f64)]);
         all.extend(self.numbers());
         all.push(("drains_inside", f64::from(u8::from(self.drains_inside))));
         // Exact for every seed: its bits, not its value.
         all.push(("seed", f64::from_bits(self.seed)));
         all
+    }
+
+    /// What lies beyond the sides of a plane, by name; none of a bubble.
+    pub fn sides(&self) -> Option<&'static str> {
+        match self.shape {
+            Shape::Plane { sides, .. } => Some(sides.name()),
+            Shape::Sphere { .. } => None,
+        }
+    }
+
+    /// Puts something else beyond the sides of a plane: `menisci` or `periodic`.
+    ///
+    /// ```
+    /// use iridesce_flow::Parameters;
+    /// let mut film = Parameters::preset("vertical-film")?;
+    /// film.set_sides("periodic")?;
+    /// assert_eq!(film.sides(), Some("periodic"));
+    /// assert!(film.set_sides("glass").is_err() && Parameters::preset("late")?.set_sides("menisci").is_err());
+    /// # Ok::<(), iridesce_thickness::ThicknessError>(())
+    /// ```
+    pub fn set_sides(&mut self, name: &str) -> Result<(), ThicknessError> {
+        let wrong = |message: String| Err(ThicknessError { key: "sides", message });
+        let Shape::Plane { sides, .. } = &mut self.shape else {
+            return wrong(format!("must be left out for a bubble, which has none, got {name:?}"));
+        };
+        match Sides::NAMES.iter().find(|(known, _)| *known == name) {
+            Some((_, found)) => *sides = *found,
+            None => return wrong(format!("must be \"menisci\" or \"periodic\", got {name:?}")),
+        }
+        Ok(())
     }
 
     /// Changes one number by the name it has in [`Parameters::listed`]; `humidity` (0 to 1) stands for the evaporation of
@@ -204,7 +238,7 @@ impl Parameters {
                 }
                 let size = match *shape {
                     Shape::Sphere { radius_m, .. } => radius_m,
-                    Shape::Plane { width_m, height_m } => width_m.min(height_m) / 2.0,
+                    Shape::Plane { width_m, height_m, .. } => width_m.min(height_m) / 2.0,
                 };
                 // Diffusion from the outer face; the air within is damp. Vapour: 2.5e-5 m2/s, 17.3 g/m3 at 20 C.
                 self.evaporation = 2.5e-5 * 17.3e-3 * (1.0 - value) / (self.density * size);
@@ -212,7 +246,8 @@ impl Parameters {
             _ => {
                 if !self.set_number(name, value) {
                     let known = self.listed().into_iter().map(|(name, _)| name);
-                    let known: Vec<&str> = known.filter(|k| !["columns", "rows", "seed"].contains(k)).collect();
+                    let known: Vec<&str> =
+                        known.filter(|k| !["columns", "rows", "seed", "sides"].contains(k)).collect();
                     let message = format!("must be one of {}, humidity, got {name:?}", known.join(", "));
                     return Err(ThicknessError { key: "parameter", message });
                 }

@@ -1,11 +1,11 @@
 //! Films by name.
 
-use crate::grid::Shape;
+use crate::grid::{Shape, Sides};
 use crate::parameters::Parameters;
 use iridesce_thickness::ThicknessError;
 
 /// Presets by name.
-pub const PRESETS: [&str; 16] = [
+pub const PRESETS: [&str; 19] = [
     "bubble-on-bath",
     "bubble-on-bath-preview",
     "bubble-on-bath-small-preview",
@@ -22,7 +22,16 @@ pub const PRESETS: [&str; 16] = [
     "vertical-film",
     "vertical-film-preview",
     "vertical-film-time-lapse",
+    "vertical-film-wide",
+    "vertical-film-wide-preview",
+    "vertical-film-wide-time-lapse",
 ];
+
+/// How many times faster a preset of that name's end loses liquid than the one without.
+const TIME_LAPSE: &str = "-time-lapse";
+const TIME_LAPSE_SPEED: f64 = 6.0;
+/// The middle of a wide frame, 10 cm across before it repeats: its sides are out of sight.
+const WIDE: &str = "-wide";
 
 impl Parameters {
     /// A film by name, one of [`PRESETS`].
@@ -34,6 +43,17 @@ impl Parameters {
     /// # Ok::<(), iridesce_thickness::ThicknessError>(())
     /// ```
     pub fn preset(name: &str) -> Result<Parameters, ThicknessError> {
+        // The same film but for what it loses; one that repeats instead of ending at its sides.
+        if let Some(natural) = name.strip_suffix(TIME_LAPSE)
+            && PRESETS.contains(&name)
+        {
+            return Ok(Parameters { speed: TIME_LAPSE_SPEED, ..Parameters::preset(natural)? });
+        }
+        if PRESETS.contains(&name) && name.contains(WIDE) {
+            let mut film = Parameters::preset(&name.replace(WIDE, ""))?;
+            film.set_sides(Sides::Periodic.name())?;
+            return Ok(film);
+        }
         let dome = Parameters::dome();
         let free = Parameters {
             shape: Shape::Sphere { radius_m: 0.03, rim_deg: 180.0 },
@@ -64,9 +84,8 @@ impl Parameters {
         // 40 spots a second over 10 cm2.
         let late =
             Parameters { thickness_m: 260e-9, evaporation: 30e-9, spots: 4e3, spot_below_m: 170e-9, ..dome.clone() };
-        // The middle of a wide frame, 10 cm across before it repeats: its sides are out of sight.
         let vertical = Parameters {
-            shape: Shape::Plane { width_m: 0.1, height_m: 0.06 },
+            shape: Shape::Plane { width_m: 0.1, height_m: 0.06, sides: Sides::Menisci },
             columns: 320,
             rows: 192,
             thickness_m: 700e-9,
@@ -107,15 +126,10 @@ impl Parameters {
                 Ok(Parameters { patch_m: 2.2e-3, step_s: 1.0 / 30.0, tolerance: 1e-3, ..vertical.with_columns(192) })
             }
             "vertical-film" => Ok(vertical),
-            "vertical-film-time-lapse" => Ok(Parameters { regeneration: 0.4, ..vertical }),
             "bubble-on-bath" => Ok(dome),
-            "bubble-on-bath-time-lapse" => Ok(Parameters { regeneration: 0.4, wind: 0.03, ..dome }),
             "free-bubble" => Ok(free),
-            "free-bubble-time-lapse" => Ok(Parameters { regeneration: 0.4, ..free }),
             "giant-bubble" => Ok(giant),
-            "giant-bubble-time-lapse" => Ok(Parameters { regeneration: 0.4, evaporation: 30e-9, ..giant }),
             "late" => Ok(late),
-            "late-time-lapse" => Ok(Parameters { regeneration: 0.5, ..late }),
             _ => {
                 let message = format!("must be one of {}, got {name:?}", PRESETS.join(", "));
                 Err(ThicknessError { key: "preset", message })

@@ -133,6 +133,8 @@ numbers! {
     wind: "wind_m_s" * 1.0, NotNegative, 0.0;
     /// Root mean square speed of eddies in the air, m/s.
     eddies: "eddies_m_s" * 1.0, NotNegative, 0.0;
+    /// How many times faster than in nature the film loses liquid, on all ways together; what moves keeps its pace.
+    speed: "speed" * 1.0, Positive, 1.0;
     /// Evaporation of both faces together, m/s.
     evaporation: "evaporation_nm_s" * 1e9, NotNegative, 20e-9;
     /// Strength K of marginal regeneration.

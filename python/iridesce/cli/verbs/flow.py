@@ -221,9 +221,9 @@ def _list(preset: str, seed: int, columns: int | None, changes: dict[str, Any], 
         print("\n".join(f"{name} = {value}" for name, value in parameters.items()))
 
 
-def _plain(parameters: dict[str, float]) -> dict[str, float | str]:
+def _plain(parameters: dict[str, Any]) -> dict[str, float | str]:
     """JSON knows no infinity."""
-    return {name: value if abs(value) < float("inf") else "inf" for name, value in parameters.items()}
+    return {name: "inf" if value == float("inf") else value for name, value in parameters.items()}
 
 
 def _columns(columns: int | None, changes: dict[str, Any]) -> int | None:
@@ -244,7 +244,9 @@ def _columns(columns: int | None, changes: dict[str, Any]) -> int | None:
     return whole("columns", int(given) if given.is_integer() else given, 16, 16384)
 
 
-def _real(key: str, value: Any) -> float:
+def _real(key: str, value: Any) -> float | str:
+    if key == "sides":
+        return str(value)
     if isinstance(value, str) and value in ("inf", "infinity"):
         return float("inf")
     if isinstance(value, bool) or not isinstance(value, int | float):
