@@ -28,7 +28,7 @@ const FILM_BYTES: usize = 250;
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmRun {
     preset: String,
-    parameters: Parameters,
+    parameters: Box<Parameters>,
 }
 
 impl FilmRun {
@@ -47,7 +47,7 @@ impl FilmRun {
         }
         parameters.seed = seed;
         parameters.check()?;
-        Ok(FilmRun { preset: preset.to_owned(), parameters })
+        Ok(FilmRun { preset: preset.to_owned(), parameters: Box::new(parameters) })
     }
 
     /// The preset's name.
@@ -190,7 +190,7 @@ impl Films {
             let standing = match (standing, failure.is_some()) {
                 (Some(standing), _) => Some(standing),
                 (None, true) => None,
-                (None, false) => match Film::new(film.parameters.clone()) {
+                (None, false) => match Film::new(film.parameters().clone()) {
                     Ok(film) => Some(Standing { film, steps: 0, before: None }),
                     Err(error) => {
                         failure = Some((asked[0], error.into()));
@@ -231,7 +231,7 @@ impl Films {
 
     /// Goes on with a film that [`Films::standing`] gave.
     pub fn stand(&self, film: &FilmRun, bytes: &[u8]) -> Result<(), FlowError> {
-        let resumed = Film::resume(film.parameters.clone(), bytes)?;
+        let resumed = Film::resume(film.parameters().clone(), bytes)?;
         let steps = resumed.state().step;
         let bytes = FILM_BYTES * film.parameters.columns * film.parameters.rows;
         let mut known = self.known();
