@@ -214,6 +214,59 @@ def _paths(_: Path) -> list[bytes]:
     ]
 
 
+TETRAHEDRON = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+
+
+def _objs(_: Path) -> list[bytes]:
+    points = "".join(f"v {x} {y} {z}\nvt {x} {y}\nvn {x} {y} 1\n" for x, y, z in TETRAHEDRON)
+    plain = "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in FACES)
+    full = "".join("f " + " ".join(f"{k + 1}/{k + 1}/{k + 1}" for k in face) + "\n" for face in FACES)
+    return [f"mtllib a.mtl\no thing\n{points}{plain}".encode(), f"{points}usemtl x\n{full}".encode()]
+
+
+def _plys(_: Path) -> list[bytes]:
+    import struct
+
+    head = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty float thickness_nm\n"
+    head += "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    text = "".join(f"{x} {y} {z} 300\n" for x, y, z in TETRAHEDRON)
+    text += "".join(f"3 {a} {b} {c}\n" for a, b, c in FACES)
+    seeds = [f"ply\nformat ascii 1.0\n{head}{text}".encode()]
+    for order, sign in (("little", "<"), ("big", ">")):
+        data = b"".join(struct.pack(f"{sign}4f", *point, 300.0) for point in TETRAHEDRON)
+        data += b"".join(struct.pack(f"{sign}B3i", 3, *face) for face in FACES)
+        seeds.append(f"ply\nformat binary_{order}_endian 1.0\n{head}".encode() + data)
+    return seeds
+
+
+def _gltfs(_: Path) -> list[bytes]:
+    import base64
+    import json
+    import struct
+
+    data = b"".join(struct.pack("<3f", *point) for point in TETRAHEDRON)
+    data += b"".join(struct.pack("<3H", *face) for face in FACES)
+    tree: dict[str, Any] = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0, "scale": [1, 2, 1]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 24}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]},
+            {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"},
+        ],
+    }
+    uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    inside = json.dumps({**tree, "buffers": [{"byteLength": len(data), "uri": uri}]}).encode()
+    chunk = json.dumps({**tree, "buffers": [{"byteLength": len(data)}]}).encode()
+    chunk += b" " * (-len(chunk) % 4)
+    body = struct.pack("<I4s", len(chunk), b"JSON") + chunk + struct.pack("<I4s", len(data), b"BIN\0") + data
+    return [inside, b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body]
+
+
 def _stacks(_: Path) -> list[bytes]:
     return [
         b"air / soap 320 / air",
@@ -314,6 +367,22 @@ def _path(path: Path) -> Any:
     return camera_path(camera, 2.0, 0.0, path).at(1.0)
 
 
+def _mesh(path: Path) -> Any:
+    import json
+
+    import iridesce as ir
+
+    scene = {
+        "version": 1,
+        "camera": {"resolution": [4, 4]},
+        "object": [{"name": "thing", "shape": {"mesh": {"file": path.name}}, "surface": {"dielectric": {}}}],
+        "light": [{"environment": {"illuminant": "D65"}}],
+    }
+    beside = path.with_name("mesh.json")
+    beside.write_text(json.dumps(scene))
+    return ir.Scene.load(beside).resolve()
+
+
 def _stack(content: bytes, _: Path) -> Any:
     import iridesce as ir
     from iridesce.optics.stack_text import parse_items
@@ -363,6 +432,9 @@ READERS = {
         Reader("table", _tables, _file("table.exr", _table)),
         Reader("checkpoint", _checkpoints, _checkpoint),
         Reader("camera-path", _paths, _file("path.toml", _path), True),
+        Reader("mesh-obj", _objs, _file("thing.obj", _mesh), True),
+        Reader("mesh-ply", _plys, _file("thing.ply", _mesh)),
+        Reader("mesh-gltf", _gltfs, _file("thing.gltf", _mesh)),
         Reader("stack-text", _stacks, _stack, True),
         Reader("set", _settings, _set, True),
     )

@@ -16,6 +16,7 @@ mod jcamp;
 mod journal;
 mod lamp;
 mod limits;
+mod mesh;
 mod orient;
 mod photograph;
 mod png;
@@ -37,12 +38,14 @@ pub use exr::open_exr;
 pub use exr::{Channel, OpenExr, Picture, Plane, Table, Values, read_tables, write_exr, write_tables};
 pub use facts::{Fact, Facts};
 pub use grid::{
-    Grid, MAX_GRID_BYTES, MapChoice, decode as read_grid, decode_thickness, read_thickness_map, thickness_exr,
+    Grid, MAX_GRID_BYTES, MapChoice, decode as read_grid, decode_thickness, decode_transforms, read_thickness_map,
+    thickness_exr,
 };
 pub use index::read_medium;
 pub use journal::{Journal, Record};
 pub use lamp::{MAX_LAMP_BYTES, read_lamp};
 pub use limits::check_size;
+pub use mesh::{MAX_MESH_BYTES, MAX_TRIANGLES, Mesh, MeshFormat, OpenEdge, decode_mesh};
 pub use photograph::{MAX_PHOTOGRAPH_BYTES, Photograph, read_photograph};
 pub use png::{BitDepth, png_bytes, write_png};
 pub use report::{ReadReport, Taken};

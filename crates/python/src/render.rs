@@ -48,9 +48,9 @@ struct Asked {
 struct Keep(PathBuf, Vec<u8>, f64, bool);
 
 type Rendered<'py> =
-    (Bound<'py, PyArray3<f32>>, Bound<'py, PyDict>, Bound<'py, PyDict>, (u32, u64, f64, String, usize));
+    (Bound<'py, PyArray3<f32>>, Bound<'py, PyDict>, Bound<'py, PyDict>, (u32, u64, f64, String, usize), Vec<String>);
 
-/// `(xyz, planes, spectral planes, (samples, seed, seconds, simd, threads))`.
+/// `(xyz, planes, spectral planes, (samples, seed, seconds, simd, threads), notes on files)`.
 #[pyfunction]
 fn render_scene<'py>(
     py: Python<'py>,
@@ -75,13 +75,14 @@ fn render_scene<'py>(
     let (wavelengths, has_stokes) = (options.spectral_nm.len(), stokes);
     let keep = keep.map(|Keep(path, head, after_s, resume)| KeepOptions { path, head, after_s, resume });
     let (recipe, context) = (scene.inner.clone(), scene.context.clone());
-    let rendered = beside(py, Long { progress, threads }, |watch| -> Result<Framebuffer> {
+    let rendered = beside(py, Long { progress, threads }, |watch| -> Result<(Framebuffer, Vec<String>)> {
         // What cannot be rendered is told before any film flows.
         check(&recipe, &options).map_err(|error| in_scene(&recipe, error))?;
         let resolved = resolve(&recipe, &context, watch)?;
-        iridesce::render::render(&resolved, &options, keep.as_ref(), watch).map_err(|error| in_scene(&recipe, error))
+        let frame = iridesce::render::render(&resolved, &options, keep.as_ref(), watch);
+        Ok((frame.map_err(|error| in_scene(&recipe, error))?, resolved.notes))
     })?;
-    let frame = rendered?;
+    let (frame, notes) = rendered?;
     let (rows, columns) = (frame.height as usize, frame.width as usize);
     let plane = |values: Vec<f32>| PyArray1::from_vec(py, values).reshape([rows, columns]);
     let whole = |values: Vec<i32>| PyArray1::from_vec(py, values).reshape([rows, columns]);
@@ -110,7 +111,7 @@ fn render_scene<'py>(
         }
     }
     let info = frame.info;
-    Ok((triple(frame.xyz)?, planes, spectral, (info.samples, info.seed, info.seconds, info.simd, info.threads)))
+    Ok((triple(frame.xyz)?, planes, spectral, (info.samples, info.seed, info.seconds, info.simd, info.threads), notes))
 }
 
 /// Which render the journal of that name is of, in the words that were given to it; `None` where there is none.

@@ -15,7 +15,12 @@ use crate::medium_stack::MediumStack;
 const MOST_SURFACES: usize = 100_000;
 
 /// The media around a point; `bodies` are the media behind the shapes, where there are any.
-pub fn enclosing_media(geometry: &Geometry, bodies: &[Option<u8>], point: Vec3) -> MediumStack {
+pub fn enclosing_media(
+    geometry: &Geometry,
+    bodies: &[Option<u8>],
+    priority: impl Fn(u8) -> i32,
+    point: Vec3,
+) -> MediumStack {
     let up = Vec3::new(0.0, 1.0, 0.0);
     let normals = geometry.plane_normals(|object| bodies[object].is_some()).into_iter();
     let mut most = Vec::new();
@@ -25,8 +30,10 @@ pub fn enclosing_media(geometry: &Geometry, bodies: &[Option<u8>], point: Vec3) 
             most = left;
         }
     }
-    // The innermost was left first.
-    most.iter().rev().try_fold(MediumStack::default(), |stack, &medium| stack.entered(medium)).unwrap_or_default()
+    // The innermost was left first; of several the strongest is the innermost.
+    most.reverse();
+    most.sort_by_key(|&medium| priority(medium));
+    most.iter().try_fold(MediumStack::default(), |stack, &medium| stack.entered(medium)).unwrap_or_default()
 }
 
 /// The media that a straight line leaves without having entered them, in that order.
@@ -64,7 +71,8 @@ mod tests {
 
     fn media(shapes: &[Shape], bodies: &[u8], y: f64) -> Vec<u8> {
         let bodies: Vec<Option<u8>> = bodies.iter().map(|&medium| Some(medium)).collect();
-        let mut medium = enclosing_media(&Geometry::new(shapes.to_vec()), &bodies, Vec3::new(0.1, y, 0.0));
+        let mut medium =
+            enclosing_media(&Geometry::of_shapes(shapes.to_vec(), 8), &bodies, |_| 0, Vec3::new(0.1, y, 0.0));
         let mut found = Vec::new();
         while medium != MediumStack::default() {
             found.push(medium.innermost());

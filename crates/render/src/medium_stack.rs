@@ -35,6 +35,36 @@ impl MediumStack {
         Some(self)
     }
 
+    /// Behind a surface of a medium that a stronger one hides, on the way in (`enters`) or out; `None` where the surface is
+    /// there. The strongest medium is the innermost.
+    pub fn behind_hidden(&self, medium: u8, enters: bool, priority: impl Fn(u8) -> i32) -> Option<MediumStack> {
+        let depth = usize::from(self.depth);
+        let own = priority(medium);
+        let stronger = self.media[..depth].iter().rev().take_while(|&&other| priority(other) > own).count();
+        if stronger == 0 {
+            return None;
+        }
+        let mut changed = *self;
+        let at = depth - stronger;
+        if enters {
+            if depth == DEEPEST {
+                return None;
+            }
+            changed.media.copy_within(at..depth, at + 1);
+            changed.media[at] = medium;
+            changed.depth += 1;
+            return Some(changed);
+        }
+        // The last of its own strength is the one to leave.
+        if at == 0 || self.media[at - 1] != medium {
+            return None;
+        }
+        changed.media.copy_within(at..depth, at - 1);
+        changed.media[depth - 1] = SURROUNDING;
+        changed.depth -= 1;
+        Some(changed)
+    }
+
     /// Out of the innermost medium.
     #[inline(always)]
     pub fn left(mut self) -> MediumStack {
@@ -51,24 +81,40 @@ pub struct Media {
     list: Vec<Medium>,
     /// Indices every 10 nm, by which equal media are known.
     known: Vec<Vec<Complex64>>,
+    /// Who rules where several lie over each other: the highest.
+    priorities: Vec<i32>,
 }
 
 impl Media {
     pub fn new() -> Media {
         let one = Complex64::new(1.0, 0.0);
         let vacuum = Medium::constant(one).unwrap_or_else(|_| unreachable!("1 is an index"));
-        Media { list: vec![vacuum], known: vec![vec![one; visible().count()]] }
+        Media { list: vec![vacuum], known: vec![vec![one; visible().count()]], priorities: vec![0] }
     }
 
-    /// The number of a medium, a new one if it has none yet; `None` inside where there are too many.
-    pub fn number(&mut self, medium: &Medium) -> Result<Option<u8>, OpticsError> {
+    /// The number of a medium of a priority, a new one if it has none yet; `None` inside where there are too many.
+    pub fn number(&mut self, medium: &Medium, priority: i32) -> Result<Option<u8>, OpticsError> {
         let indices = indices(medium, visible())?;
-        let at = self.known.iter().position(|known| *known == indices).unwrap_or_else(|| {
+        let is_it = |at: &usize| self.known[*at] == indices && self.priorities[*at] == priority;
+        let at = (0..self.known.len()).find(is_it).unwrap_or_else(|| {
+            self.priorities.push(priority);
             self.list.push(medium.clone());
             self.known.push(indices);
             self.list.len() - 1
         });
         Ok(u8::try_from(at).ok())
+    }
+
+    /// Who rules where several lie over each other: the highest.
+    #[inline(always)]
+    pub fn priority(&self, number: u8) -> i32 {
+        self.priorities[usize::from(number)]
+    }
+
+    /// Whether two numbers mean one medium, of whatever priorities.
+    #[inline(always)]
+    pub fn are_one(&self, a: u8, b: u8) -> bool {
+        a == b || self.known[usize::from(a)] == self.known[usize::from(b)]
     }
 
     pub fn list(&self) -> &[Medium] {
@@ -109,13 +155,26 @@ mod tests {
         assert_eq!(deepest.entered(9), None);
     }
 
+    /// Water (1) within which glass (2) rules: a surface of water inside the glass is hidden, on the way in and out.
+    #[test]
+    fn the_strongest_medium_rules_wherever_it_was_entered() {
+        let priority = |medium: u8| i32::from(medium);
+        let glass = MediumStack::default().entered(2).unwrap();
+        let both = glass.behind_hidden(1, true, priority).unwrap();
+        assert_eq!((both.innermost(), both.left().innermost()), (2, 1));
+        assert_eq!(both.behind_hidden(1, false, priority), Some(glass));
+        assert_eq!(both.left().behind_hidden(1, false, priority), None, "out in the water its surface is there");
+        assert_eq!(MediumStack::default().behind_hidden(1, true, priority), None);
+        assert_eq!(glass.behind_hidden(2, true, priority), None, "an equal hides nothing");
+    }
+
     #[test]
     fn equal_media_have_one_number() {
         let mut media = Media::new();
-        let glass = media.number(&Medium::named("N-BK7").unwrap()).unwrap().unwrap();
-        assert_eq!(media.number(&Medium::named("air").unwrap()).unwrap(), Some(SURROUNDING));
-        assert_eq!(media.number(&Medium::named("N-BK7").unwrap()).unwrap(), Some(glass));
-        let silicon = media.number(&Medium::named("Si").unwrap()).unwrap().unwrap();
+        let glass = media.number(&Medium::named("N-BK7").unwrap(), 0).unwrap().unwrap();
+        assert_eq!(media.number(&Medium::named("air").unwrap(), 0).unwrap(), Some(SURROUNDING));
+        assert_eq!(media.number(&Medium::named("N-BK7").unwrap(), 0).unwrap(), Some(glass));
+        let silicon = media.number(&Medium::named("Si").unwrap(), 0).unwrap().unwrap();
         assert!(media.is_opaque(silicon) && !media.is_opaque(glass));
     }
 }

@@ -6,7 +6,7 @@ use iridesce_numerics::lanes::blocks;
 use iridesce_optics::color::{Illuminant, rgb_basis};
 use iridesce_optics::{Medium, OpticsError};
 use iridesce_scene::{
-    DeltaKind, Light, Reflectance, ResolvedReflectance, ResolvedScene, ResolvedSource, Surface, Texture,
+    DeltaKind, Light, Place, Reflectance, ResolvedReflectance, ResolvedScene, ResolvedSource, Shape, Surface, Texture,
     ThicknessField, Unit, held,
 };
 
@@ -15,7 +15,7 @@ use crate::coating::IndexTable;
 use crate::enclosing::enclosing_media;
 use crate::film::FilmTable;
 use crate::framebuffer::{RenderError, RenderOptions};
-use crate::geometry::{Geometry, Hit, Shape};
+use crate::geometry::{Geometry, Hit};
 use crate::integrator::extras::Extras;
 use crate::lights::chooser::Extent;
 use crate::lights::{EmittingObject, EnvironmentLight, Lights};
@@ -51,7 +51,11 @@ pub struct Prepared {
     /// What share of the mean light is expected from each object; the last is what lies beyond them all.
     pub expected_shares: Vec<f32>,
     /// Of the diffuse surfaces that a picture is laid over.
-    pub reflectance_maps: Vec<Option<Texture>>,
+    reflectance_maps: Vec<Option<Texture>>,
+    /// Some media are stronger than others.
+    pub has_priorities: bool,
+    /// Of the objects.
+    priorities: Vec<i32>,
     /// The media behind the shapes.
     bodies: Vec<Option<u8>>,
     /// Names of objects, for messages.
@@ -68,6 +72,7 @@ pub struct Prepared {
 }
 
 /// What a surface does to light.
+#[allow(clippy::large_enum_variant, reason = "one an object, not one a hit: a box would only be in the way")]
 pub enum Material {
     Film(FilmSurface),
     Coating(CoatedSurface),
@@ -83,6 +88,11 @@ pub enum Material {
 /// A layer whose thickness is known at every point.
 pub struct LayerSurface {
     thickness: ThicknessField,
+    /// Of walls between bubbles, if that is another.
+    inner: Option<ThicknessField>,
+    is_on_mesh: bool,
+    /// A point of the world alone does not tell it.
+    needs_place: bool,
     /// Largest 2 n over the visible range: optical path difference per thickness.
     path_per_nm: f64,
     /// n at [`SHOWN_NM`].
@@ -90,10 +100,30 @@ pub struct LayerSurface {
 }
 
 impl LayerSurface {
-    /// Thickness in nm at a point of the object.
+    /// Thickness in nm where a ray has met the object.
     #[inline(always)]
-    pub fn thickness_nm(&self, point: Vec3) -> f64 {
-        self.thickness.thickness_nm([point.x, point.y, point.z])
+    pub fn thickness_nm(&self, geometry: &Geometry, hit: &Hit) -> f64 {
+        if self.needs_place {
+            return self.thickness_by_place(geometry, hit);
+        }
+        self.thickness.thickness_nm([hit.point.x, hit.point.y, hit.point.z])
+    }
+
+    #[inline(never)]
+    fn thickness_by_place(&self, geometry: &Geometry, hit: &Hit) -> f64 {
+        let field = self.inner.as_ref().filter(|_| geometry.is_inner(hit)).unwrap_or(&self.thickness);
+        if !field.needs_place() {
+            return field.thickness_nm(hit.point.to_array());
+        }
+        let met = geometry.interaction(hit);
+        let place = Place {
+            point: hit.point.to_array(),
+            local: met.local.to_array(),
+            uv: [met.u, met.v],
+            instance: met.instance as usize,
+            vertex_nm: met.thickness_nm,
+        };
+        field.thickness_at(&place, self.is_on_mesh)
     }
 
     /// Optical path difference in nm that a thickness makes, at most.
@@ -102,13 +132,21 @@ impl LayerSurface {
         self.path_per_nm * thickness_nm
     }
 
-    fn new(thickness: &ThicknessField, medium: &Medium) -> Result<LayerSurface, OpticsError> {
+    fn new(thickness: &ThicknessField, medium: &Medium, shape: &Shape) -> Result<LayerSurface, OpticsError> {
         let most = indices(medium, visible())?.iter().fold(0.0_f64, |most, n| most.max(n.re));
-        Ok(LayerSurface { thickness: thickness.clone(), path_per_nm: 2.0 * most, shown_index: shown_index(medium)? })
+        Ok(LayerSurface {
+            thickness: thickness.clone(),
+            inner: None,
+            is_on_mesh: matches!(shape, Shape::Mesh(_)),
+            needs_place: thickness.needs_place(),
+            path_per_nm: 2.0 * most,
+            shown_index: shown_index(medium)?,
+        })
     }
 
     fn longest_path_nm(&self) -> f64 {
-        self.path_nm(self.thickness.max_nm())
+        let inner = self.inner.as_ref().map_or(0.0, ThicknessField::max_nm);
+        self.path_nm(self.thickness.max_nm().max(inner))
     }
 }
 
@@ -237,18 +275,23 @@ impl Prepared {
         let [width, height] = options.size.unwrap_or(scene.camera.resolution);
         let mut media = Media::new();
         let materials = materials(resolved, &mut media)?;
-        let geometry = Geometry::new(scene.objects.iter().map(|object| Shape::new(&object.shape)).collect());
+        let geometry = Geometry::new(resolved);
         let around = EnvironmentLight::new(&resolved.environments, !materials.diffuse.is_empty());
         let camera = RayCamera::new(&scene.camera, width, height);
         let bodies: Vec<Option<u8>> = materials.list.iter().map(Material::body).collect();
-        check_lights(resolved, &media, |place| enclosing_media(&geometry, &bodies, place))?;
+        check_lights(resolved, &media, |place| {
+            enclosing_media(&geometry, &bodies, |medium| media.priority(medium), place)
+        })?;
         let lit = Lit {
             around,
             emitters: (materials.emitters.iter())
                 .map(|&(object, emitter)| EmittingObject {
                     object,
                     emitter,
-                    extent: Extent::of(&Shape::new(&scene.objects[object].shape)),
+                    extent: match geometry.simple_shape(object) {
+                        Some(shape) => Extent::of(shape),
+                        None => geometry.spread(object).map(Extent::around),
+                    },
                 })
                 .collect(),
             places: places(&camera, [width, height], scene.camera.target.into(), |ray| geometry.nearest(ray, None)),
@@ -267,7 +310,8 @@ impl Prepared {
         if let Some(finest) = levels.last_mut() {
             finest.resolved_nm = f64::INFINITY;
         }
-        let camera_media = enclosing_media(&geometry, &bodies, scene.camera.position.into());
+        let camera_media =
+            enclosing_media(&geometry, &bodies, |medium| media.priority(medium), scene.camera.position.into());
         let has_media = materials.list.iter().any(|material| matches!(material, Material::Coating(_)));
         Ok(Prepared {
             camera,
@@ -281,6 +325,8 @@ impl Prepared {
             max_depth: scene.render.max_depth,
             camera_media,
             bodies,
+            has_priorities: scene.objects.iter().any(|object| object.priority != 0),
+            priorities: scene.objects.iter().map(|object| object.priority).collect(),
             is_camera_wide: has_media && camera.is_wide(),
             geometry,
             expected_shares: (materials.list.iter().map(|own| own.expected_share(&materials.diffuse)))
@@ -300,7 +346,40 @@ impl Prepared {
     /// The media that a camera ray starts in.
     #[inline(always)]
     pub fn enclosing_media(&self, ray: &Ray) -> MediumStack {
-        if self.is_camera_wide { enclosing_media(&self.geometry, &self.bodies, ray.origin) } else { self.camera_media }
+        if !self.is_camera_wide {
+            return self.camera_media;
+        }
+        enclosing_media(&self.geometry, &self.bodies, |medium| self.media.priority(medium), ray.origin)
+    }
+
+    /// Linear Rec.709 of a diffuse surface where a ray has met it, if a picture is laid over it.
+    #[inline(always)]
+    pub fn reflectance_at(&self, number: usize, hit: &Hit) -> Option<[f64; 3]> {
+        let map = self.reflectance_maps[number].as_ref()?;
+        if map.needs_place() {
+            let met = self.geometry.interaction(hit);
+            return Some(map.at_uv([met.u, met.v]));
+        }
+        Some(map.at(hit.point.to_array()))
+    }
+
+    /// What a path is within behind a surface that is not there, since a stronger medium rules; `None` where it is there.
+    #[inline(never)]
+    pub fn behind_hidden(&self, hit: &Hit, direction: Vec3, medium: MediumStack) -> Option<MediumStack> {
+        let ruling = medium.innermost();
+        match self.materials.get(hit.object)? {
+            Material::Coating(coating) => {
+                let enters = direction.dot(hit.normal) < 0.0;
+                medium.behind_hidden(coating.substrate, enters, |number| self.media.priority(number))
+            }
+            // A film that pokes out of a stronger body is not in it.
+            Material::Film(film) => {
+                let is_weaker = self.priorities[hit.object] < self.media.priority(ruling);
+                (is_weaker && medium != MediumStack::default() && !self.media.are_one(ruling, film.outside))
+                    .then_some(medium)
+            }
+            Material::Diffuse { .. } | Material::Emitter(_) => None,
+        }
     }
 }
 
@@ -361,9 +440,9 @@ fn materials<'a>(scene: &'a ResolvedScene, media: &mut Media) -> Result<Material
     let mut all = Materials::default();
     for (object, described) in scene.recipe.objects.iter().enumerate() {
         let thicknesses = scene.layers(object);
-        let rough = RoughSurface::new(&described.roughness, scene.roughness(object), &described.shape);
+        let rough = RoughSurface::new(scene.roughness(object), described);
         let mut coated = |layers: Vec<LayerSurface>, of: Vec<&'a Medium>, substrate: &Medium, is_metal, rough| {
-            let substrate = number_of(media, substrate)?;
+            let substrate = number_of(media, substrate, described.priority)?;
             all.coatings.push(of);
             Ok::<_, RenderError>(Material::Coating(CoatedSurface {
                 number: all.coatings.len() - 1,
@@ -375,11 +454,11 @@ fn materials<'a>(scene: &'a ResolvedScene, media: &mut Media) -> Result<Material
         };
         let material = match &described.surface {
             Surface::Film(film) => {
-                let outside = number_of(media, &film.outside)?;
+                let outside = number_of(media, &film.outside, 0)?;
                 all.films.push((&film.medium, outside));
                 Material::Film(FilmSurface {
                     number: all.films.len() - 1,
-                    layer: LayerSurface::new(&thicknesses[0], &film.medium)?,
+                    layer: film_layer(thicknesses, &film.medium, &described.shape)?,
                     outside,
                     rough,
                 })
@@ -389,7 +468,7 @@ fn materials<'a>(scene: &'a ResolvedScene, media: &mut Media) -> Result<Material
                     .layers
                     .iter()
                     .zip(thicknesses)
-                    .map(|(layer, thickness)| LayerSurface::new(thickness, &layer.medium))
+                    .map(|(layer, thickness)| LayerSurface::new(thickness, &layer.medium, &described.shape))
                     .collect::<Result<_, _>>()?;
                 let of = coating.layers.iter().map(|layer| &layer.medium).collect();
                 coated(layers, of, &coating.substrate, false, rough)?
@@ -423,8 +502,16 @@ fn shown_index(medium: &Medium) -> Result<f64, OpticsError> {
     Ok(indices(medium, std::iter::once(SHOWN_NM))?[0].re)
 }
 
-fn number_of(media: &mut Media, medium: &Medium) -> Result<u8, RenderError> {
-    media.number(medium)?.ok_or_else(|| {
+/// The layer of a free film; of bubbles with walls of their own.
+fn film_layer(thicknesses: &[ThicknessField], medium: &Medium, shape: &Shape) -> Result<LayerSurface, OpticsError> {
+    let mut layer = LayerSurface::new(&thicknesses[0], medium, shape)?;
+    layer.inner = thicknesses.get(1).cloned();
+    layer.needs_place |= layer.inner.is_some();
+    Ok(layer)
+}
+
+fn number_of(media: &mut Media, medium: &Medium, priority: i32) -> Result<u8, RenderError> {
+    media.number(medium, priority)?.ok_or_else(|| {
         RenderError::Resource(format!(
             "the scene fills space with more than 255 different media, one of them \"{}\"",
             medium.name()

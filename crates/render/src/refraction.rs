@@ -41,8 +41,8 @@ pub struct Shown {
 
 impl Shown {
     /// `outer`: index of the medium that the ray comes from, which meets the layer at `cos_theta`.
-    fn new(layer: &LayerSurface, point: Vec3, outer: f64, cos_theta: f64) -> Shown {
-        let thickness_nm = layer.thickness_nm(point);
+    fn new(layer: &LayerSurface, scene: &Prepared, hit: &Hit, outer: f64, cos_theta: f64) -> Shown {
+        let thickness_nm = layer.thickness_nm(&scene.geometry, hit);
         let kz2 = layer.shown_index.powi(2) - outer * outer * (1.0 - cos_theta * cos_theta).max(0.0);
         Shown { thickness_nm, path_difference_nm: 2.0 * thickness_nm * kz2.max(0.0).sqrt() }
     }
@@ -56,7 +56,7 @@ pub fn shown(scene: &Prepared, ray: Ray, first: Hit) -> Option<Shown> {
     for _ in 0..CLEAR_SURFACES {
         let cos_theta = ray.direction.dot(hit.normal).abs().min(1.0);
         let outer = scene.shown_indices[usize::from(medium.innermost())];
-        let seen = |layer: &LayerSurface| Shown::new(layer, hit.point, outer, cos_theta);
+        let seen = |layer: &LayerSurface| Shown::new(layer, scene, &hit, outer, cos_theta);
         let coating = match &scene.materials[hit.object] {
             Material::Film(film) => return Some(seen(&film.layer)),
             Material::Coating(coating) => coating,

@@ -5,8 +5,10 @@ use crate::model::{Origin, Scene};
 use crate::reader::suggestion;
 use crate::tree::quoted;
 
-const SCENES: [(&str, &str); 8] = [
+const SCENES: [(&str, &str); 10] = [
     ("soap-bubble", include_str!("../scenes/soap-bubble.toml")),
+    ("double-bubble", include_str!("../scenes/double-bubble.toml")),
+    ("bubble-cluster", include_str!("../scenes/bubble-cluster.toml")),
     ("soap-dome", include_str!("../scenes/soap-dome.toml")),
     ("soap-film-frame", include_str!("../scenes/soap-film-frame.toml")),
     ("newtons-rings", include_str!("../scenes/newtons-rings.toml")),

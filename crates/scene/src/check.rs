@@ -11,7 +11,8 @@ use crate::medium::medium;
 use crate::model::Origin;
 use crate::objects::{is_object_name, name_or_number};
 use crate::reader::{
-    as_number, as_numbers, as_triple, as_whole, join, listed, missing, nearest, no_table, place, suggestion, wrong,
+    as_matrix, as_number, as_numbers, as_scales, as_triple, as_whole, join, listed, missing, nearest, no_table, place,
+    suggestion, wrong,
 };
 use crate::schema::{Default, Key, Kind, MAX_LENGTH, MAX_SIDE, Range, THICKNESS, Takes};
 use crate::tree::{Node, Value};
@@ -191,6 +192,7 @@ impl Checker<'_> {
                     self.table(node, kind, path);
                     Ok(())
                 }
+                Value::Text(word) if word == "vertex" => Ok(()),
                 _ => Err(wrong(node, path, "a number or a thickness model")),
             },
             Takes::Table(kind) => {
@@ -198,6 +200,38 @@ impl Checker<'_> {
                 Ok(())
             }
             Takes::List(kind, least, most) => self.list(node, (kind, least, most), path),
+            Takes::Bool => match node.value {
+                Value::Bool(_) => Ok(()),
+                _ => Err(wrong(node, path, "true or false")),
+            },
+            Takes::Scale => match as_number(node).map(|all| vec![all]).or(as_numbers(node)).as_deref() {
+                Some([_] | [_, _, _]) if as_scales(node).is_some() => Ok(()),
+                _ => Err(wrong(node, path, "a factor other than 0, or three of them, from 1e-9 to 1e9 either way")),
+            },
+            Takes::Pair(range) => match as_numbers(node).as_deref() {
+                Some([a, b]) if range.holds(*a) && range.holds(*b) => Ok(()),
+                _ => Err(wrong(node, path, &format!("two numbers, of u and of v, each {}", range.words))),
+            },
+            Takes::Matrix => match as_matrix(node) {
+                Some(_) => Ok(()),
+                None => Err(wrong(
+                    node,
+                    path,
+                    "three rows of four finite numbers, at most 1e9 either way, the last of each what is added",
+                )),
+            },
+            Takes::Integer(from, to) => match node.value {
+                Value::Int(value) if (i128::from(from)..=i128::from(to)).contains(&value) => Ok(()),
+                _ => Err(wrong(node, path, &format!("a whole number from {from} to {to}"))),
+            },
+            Takes::Instances(one, file, most) => match &node.value {
+                Value::List(_) => self.list(node, (one, 1, most), path),
+                Value::Table(_) => {
+                    self.table(node, file, path);
+                    Ok(())
+                }
+                _ => Err(wrong(node, path, "a list of transforms, or { file = an NPY file of n x 3 x 4 numbers }")),
+            },
         };
         if let Err(fault) = checked {
             self.complain(fault);

@@ -9,4 +9,6 @@ pub struct Reading<'a> {
     pub unit: Unit,
     /// What paths are relative to.
     pub origin: &'a Origin,
+    /// The object has a transform or instances: laws wait for where it is.
+    pub is_placed: bool,
 }

@@ -1,6 +1,9 @@
-//! The one error type of this crate.
+//! What is wrong with a scene, and why one was not resolved.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
+
+use iridesce_numerics::Stopped;
 
 /// Why a scene cannot be used, and where.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,9 +66,9 @@ impl SceneError {
     }
 }
 
-impl std::fmt::Display for SceneError {
+impl fmt::Display for SceneError {
     /// `scenes/bubble.toml:11: message`, and a line for each of the others.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(file) = &self.file {
             write!(f, "{}:", file.display())?;
             if let Some(line) = self.line {
@@ -85,3 +88,35 @@ impl std::fmt::Display for SceneError {
 }
 
 impl std::error::Error for SceneError {}
+
+/// Why a scene was not resolved.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ResolveError {
+    /// Whoever watches said so.
+    Stopped,
+    /// A map cannot be used, or a film does not flow.
+    Scene(SceneError),
+}
+
+impl fmt::Display for ResolveError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ResolveError::Stopped => Stopped.fmt(f),
+            ResolveError::Scene(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for ResolveError {}
+
+impl From<SceneError> for ResolveError {
+    fn from(error: SceneError) -> ResolveError {
+        ResolveError::Scene(error)
+    }
+}
+
+impl From<Stopped> for ResolveError {
+    fn from(_: Stopped) -> ResolveError {
+        ResolveError::Stopped
+    }
+}

@@ -4,15 +4,17 @@
 use std::sync::Arc;
 
 use iridesce_files::{
-    EnvironmentMap, Grid, MAX_ENVIRONMENT_BYTES, MAX_GRID_BYTES, MAX_PHOTOGRAPH_BYTES, MAX_SPECTRUM_BYTES, MapChoice,
-    check_ordinary, quoted, read_environment, read_grid, read_photograph, read_whole_watched,
+    EnvironmentMap, Grid, MAX_ENVIRONMENT_BYTES, MAX_GRID_BYTES, MAX_MESH_BYTES, MAX_PHOTOGRAPH_BYTES,
+    MAX_SPECTRUM_BYTES, MapChoice, Mesh, MeshFormat, OpenEdge, check_ordinary, decode_mesh, decode_transforms, quoted,
+    read_environment, read_grid, read_photograph, read_whole_watched,
 };
 use iridesce_numerics::Watch;
 use iridesce_thickness::ThicknessMap;
 
+use crate::affine::Affine;
 use crate::cache::Cache;
 use crate::error::SceneError;
-use crate::model::{MapFile, Origin};
+use crate::model::{MapFile, Origin, Unit};
 use crate::texture::{Planes, reflectance_planes, reflectance_spectrum, roughness_plane};
 
 /// The file that a scene calls `name`: it is there, an ordinary one, and where the scene may read. Nothing of it is read.
@@ -29,6 +31,9 @@ pub struct Maps {
     thicknesses: Cache<MapFile, Grid>,
     swirls: Cache<[u64; 3], Arc<ThicknessMap>>,
     reflectances: Cache<MapFile, Planes>,
+    meshes: Cache<(MapFile, Unit), Arc<Mesh>>,
+    open_edges: Cache<(MapFile, Unit), Option<OpenEdge>>,
+    transforms: Cache<MapFile, Arc<[Affine]>>,
 }
 
 impl Maps {
@@ -38,6 +43,9 @@ impl Maps {
         self.thicknesses.next_question();
         self.swirls.next_question();
         self.reflectances.next_question();
+        self.meshes.next_question();
+        self.open_edges.next_question();
+        self.transforms.next_question();
     }
 
     /// The environment map in a file.
@@ -84,6 +92,53 @@ impl Maps {
             .map_err(|why| {
                 SceneError::new(format!("{} cannot be used as a reflectance spectrum: {why}", quoted(&file.name)))
             })
+    }
+
+    /// The mesh in a file, in scene units.
+    pub fn mesh(&self, file: &MapFile, unit: Unit, origin: &Origin, watch: &Watch) -> Result<Arc<Mesh>, SceneError> {
+        let folder = file.path.parent().map(std::path::Path::to_path_buf);
+        // Buffers lie beside the file that names them, and where the scene may read.
+        let beside = |name: &str| {
+            let own = Origin { file: None, folder: folder.clone(), allow_outside: false };
+            let path = own.resolve(name).map_err(|e| e.message)?;
+            let root = Origin { allow_outside: origin.allow_outside, ..origin.clone() };
+            root.resolve(&path.to_string_lossy()).map_err(|e| e.message)?;
+            read_whole_watched(&path, MAX_MESH_BYTES, watch)
+        };
+        self.meshes.get(&(file.clone(), unit), || {
+            MeshFormat::of(&file.path)
+                .and_then(|format| {
+                    decode_mesh(&read_whole_watched(&file.path, MAX_MESH_BYTES, watch)?, format, &beside)
+                })
+                .map(|mut mesh| {
+                    if mesh.is_in_metres {
+                        let per_metre = 1000.0 / unit.millimetres();
+                        mesh.positions.iter_mut().flatten().for_each(|c| *c *= per_metre);
+                    }
+                    (mesh.bytes(), Arc::new(mesh))
+                })
+                .map_err(|why| cannot_be_used(file, "a mesh", &why))
+        })
+    }
+
+    /// The first edge that keeps a mesh from being closed.
+    pub fn open_edge(&self, file: &MapFile, unit: Unit, mesh: &Mesh) -> Option<OpenEdge> {
+        let found =
+            self.open_edges.get(&(file.clone(), unit), || Ok::<_, ()>((size_of::<OpenEdge>(), mesh.open_edge())));
+        found.unwrap_or_default()
+    }
+
+    /// The transforms in a file.
+    pub fn transforms(&self, file: &MapFile, watch: &Watch) -> Result<Arc<[Affine]>, SceneError> {
+        self.transforms.get(file, || {
+            read_whole_watched(&file.path, MAX_GRID_BYTES, watch)
+                .and_then(|bytes| decode_transforms(&bytes))
+                .map(|rows| {
+                    let all: Arc<[Affine]> = rows.into_iter().map(|rows| Affine { rows }).collect();
+                    (size_of_val(&*all), all)
+                })
+                .map_err(|why| cannot_be_used(file, "a list of transforms", &why))
+        })
     }
 
     /// Swirls between two thicknesses in nm.

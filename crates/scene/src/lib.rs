@@ -5,6 +5,7 @@
 //! Scene, Context (maps read, films where they stand), Watch -> resolve -> ResolvedScene
 //! ```
 
+mod affine;
 mod builtin;
 mod cache;
 mod check;
@@ -15,12 +16,14 @@ mod error;
 mod field;
 mod files;
 mod films;
+mod heights;
 mod lights;
 mod load;
 mod medium;
 mod model;
 mod notes;
 mod objects;
+mod placement;
 mod reader;
 mod resolve;
 mod schema;
@@ -34,10 +37,11 @@ mod thickness;
 mod tree;
 mod validate;
 
+pub use affine::Affine;
 pub use builtin::{builtin_names, builtin_text};
-pub use error::SceneError;
+pub use error::{ResolveError, SceneError};
 pub use model::*;
-pub use resolve::{Context, ResolveError, ResolvedEnvironment, ResolvedScene, ResolvedSource, resolve};
+pub use resolve::{Context, ResolvedEnvironment, ResolvedScene, ResolvedSource, resolve};
 pub use schema_text::{json_schema, key_tables};
 pub use texture::{ResolvedReflectance, Texture, held};
 pub use tree::{Node, Value};

@@ -3,14 +3,19 @@
 
 use std::path::PathBuf;
 
+use std::sync::Arc;
+
+use crate::affine::Affine;
 use iridesce_flow::FilmRun;
 use iridesce_optics::Medium;
 use iridesce_optics::color::Illuminant;
 pub use iridesce_thickness::ThicknessModel;
 
 pub use crate::disk::Origin;
-pub use crate::field::ThicknessField;
-pub use iridesce_files::EnvironmentMap;
+pub use crate::field::{Place, ThicknessField};
+pub use crate::heights::Heights;
+pub use crate::shape::Chart;
+pub use iridesce_files::{EnvironmentMap, Mesh};
 
 use crate::tree::Node;
 
@@ -121,6 +126,14 @@ pub struct Object {
     pub surface: Surface,
     /// How rough that is.
     pub roughness: Roughness,
+    /// Where its shape is put, and how often.
+    pub placement: Placement,
+    /// How maps lie on it.
+    pub uv: UvMap,
+    /// Heights that turn its shading normals.
+    pub bump: Option<Bump>,
+    /// Of the medium behind it: inside several, the highest rules.
+    pub priority: i32,
 }
 
 /// How rough a surface is: GGX with alpha = roughness^2.
@@ -155,8 +168,77 @@ pub enum Reflectance {
     Spectrum(MapFile),
 }
 
-/// Geometry. The front of a surface is the side that its normal points to.
+/// Where a shape is put.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Placement {
+    /// The object's own transform.
+    pub transform: Affine,
+    /// What comes after it, once for each.
+    pub instances: Instances,
+}
+
+/// How often an object is there.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum Instances {
+    /// Once.
+    #[default]
+    Once,
+    /// Once for each of these.
+    List(Arc<[Affine]>),
+    /// Once for each in a file.
+    File(MapFile),
+}
+
+impl Placement {
+    /// Whether the shape stays where it is, once.
+    pub fn is_plain(&self) -> bool {
+        self.transform == Affine::IDENTITY && self.instances == Instances::Once
+    }
+}
+
+/// How maps lie on an object: u and v scaled, then shifted; maps then repeat.
 #[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UvMap {
+    /// Factors of u and v.
+    pub scale: [f64; 2],
+    /// Added to them.
+    pub offset: [f64; 2],
+}
+
+impl Default for UvMap {
+    fn default() -> UvMap {
+        UvMap { scale: [1.0; 2], offset: [0.0; 2] }
+    }
+}
+
+impl UvMap {
+    /// u and v as maps are asked with them.
+    #[inline(always)]
+    pub fn of(&self, uv: [f64; 2]) -> [f64; 2] {
+        [uv[0] * self.scale[0] + self.offset[0], uv[1] * self.scale[1] + self.offset[1]]
+    }
+}
+
+/// A map of heights.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bump {
+    /// The file.
+    pub file: MapFile,
+    /// The height of white, scene units.
+    pub height: f64,
+}
+
+/// A sphere of a cluster.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ball {
+    /// Centre, scene units.
+    pub center: [f64; 3],
+    /// Radius, scene units, > 0.
+    pub radius: f64,
+}
+
+/// Geometry. The front of a surface is the side that its normal points to.
+#[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
     /// A sphere; its normal points outwards.
     Sphere {
@@ -202,6 +284,23 @@ pub enum Shape {
         /// Radius of the rim, scene units, > 0, at most |radius_of_curvature|.
         aperture_radius: f64,
     },
+    /// The side of a cylinder, with its ends or without; its normal points outwards.
+    Cylinder {
+        /// The middle of its axis, scene units.
+        center: [f64; 3],
+        /// Along the axis, length 1.
+        axis: [f64; 3],
+        /// Radius, scene units, > 0.
+        radius: f64,
+        /// From end to end, scene units, > 0.
+        height: f64,
+        /// Whether its ends are open.
+        is_open: bool,
+    },
+    /// The triangles of a file; the front by winding.
+    Mesh(MapFile),
+    /// A cluster of bubbles that share walls.
+    Bubbles(Arc<[Ball]>),
 }
 
 /// What a surface is made of.
@@ -256,6 +355,8 @@ pub struct Film {
     pub thickness: Thickness,
     /// The medium on both of its sides.
     pub outside: Medium,
+    /// How thick the walls between bubbles are; `None`: as the film.
+    pub inner_thickness: Option<Thickness>,
 }
 
 /// Layers on a substrate.
@@ -281,6 +382,10 @@ pub struct CoatingLayer {
 pub enum Thickness {
     /// A law of place, laid over the object's shape.
     Law(ThicknessField),
+    /// A law of place that waits for where the object is: for its mesh, its transform, its instances.
+    Model(ThicknessModel),
+    /// What the vertices of the object's mesh say.
+    Vertex,
     /// The grid in a file.
     Map {
         /// The file.

@@ -1,10 +1,15 @@
 //! Objects: their names and shapes.
 
-use iridesce_numerics::vector::{cross, length, scaled};
+use std::sync::Arc;
+
+use iridesce_files::{MeshFormat, quoted};
+use iridesce_numerics::vector::{cross, difference, length, scaled};
 
 use crate::context::Reading;
 use crate::error::SceneError;
-use crate::model::{Object, Shape};
+use crate::files::map_file;
+use crate::model::{Ball, Object, Shape, Surface};
+use crate::placement::{bump, placement, uv};
 use crate::reader::{Table, wrong};
 use crate::schema;
 use crate::surfaces::surface;
@@ -21,10 +26,30 @@ pub fn object(node: &Node, number: usize, context: &Reading<'_>) -> Result<(Obje
         Some(given) => return Err(wrong(given, "name", "a text")),
     };
     let table = Table::new(node, &schema::OBJECT, format!("object.{name}"))?;
-    let (shape, shape_tree) = shape(&table.node("shape")?, &table.path("shape"))?;
+    let (shape, shape_tree) = shape(&table.node("shape")?, &table.path("shape"), context)?;
+    let mut entries = Vec::new();
+    let placement = placement(&table, context, &mut entries)?;
+    let uv = uv(&table, &mut entries)?;
+    let bump = bump(&table, context, &mut entries)?;
+    let priority = match table.get("priority").map(|node| &node.value) {
+        Some(Value::Int(priority)) => i32::try_from(*priority).unwrap_or_default(),
+        _ => 0,
+    };
+    if table.get("priority").is_some() {
+        entries.push(("priority", Value::Int(priority.into()).into()));
+    }
+    let context = &Reading { is_placed: !placement.is_plain(), ..*context };
     let (surface, roughness, surface_tree) = surface(&table.node("surface")?, &table.path("surface"), &shape, context)?;
-    let tree = Node::table([("name", Node::text(&name)), ("shape", shape_tree), ("surface", surface_tree)]);
-    Ok((Object { name, shape, surface, roughness }, tree))
+    if matches!(shape, Shape::Bubbles(_)) && !matches!(surface, Surface::Film(_)) {
+        return Err(SceneError::new(format!(
+            "{} must be a film: the walls of bubbles are films",
+            table.path("surface")
+        ))
+        .at(table.path("surface"), table.line("surface")));
+    }
+    let all = [("name", Node::text(&name)), ("shape", shape_tree), ("surface", surface_tree)];
+    let tree = Node::table(all.into_iter().chain(entries));
+    Ok((Object { name, shape, surface, roughness, placement, uv, bump, priority }, tree))
 }
 
 /// What the object at `number` (from 0) is called where it has no name.
@@ -46,7 +71,7 @@ pub fn is_object_name(name: &str) -> bool {
     !name.is_empty() && name.len() <= 100 && name.chars().all(|c| c.is_alphanumeric() || c == '-' || c == '_')
 }
 
-fn shape(node: &Node, path: &str) -> Result<(Shape, Node), SceneError> {
+fn shape(node: &Node, path: &str, context: &Reading<'_>) -> Result<(Shape, Node), SceneError> {
     let table = Table::new(node, &schema::SHAPE, path)?;
     let (kind, inner) = table.choice()?;
     let read = match kind {
@@ -54,7 +79,10 @@ fn shape(node: &Node, path: &str) -> Result<(Shape, Node), SceneError> {
         "rectangle" => rectangle,
         "disk" => disk,
         "plane" => plane,
-        _ => cap,
+        "cap" => cap,
+        "cylinder" => cylinder,
+        "bubbles" => bubbles,
+        _ => return mesh(inner, table.path(kind), context),
     };
     let (shape, tree) = read(inner, table.path(kind))?;
     Ok((shape, Node::table([(kind, tree)])))
@@ -118,6 +146,64 @@ fn cap(node: &Node, path: String) -> Result<(Shape, Node), SceneError> {
         ("aperture_radius", Node::number(aperture_radius)),
     ]);
     Ok((Shape::Cap { center, axis: unit_vector(axis), radius_of_curvature, aperture_radius }, tree))
+}
+
+fn cylinder(node: &Node, path: String) -> Result<(Shape, Node), SceneError> {
+    let table = Table::new(node, &schema::CYLINDER, path)?;
+    let (center, axis) = (table.triple("center")?, table.triple("axis")?);
+    let (radius, height) = (table.number("radius")?, table.number("height")?);
+    let is_open = !matches!(table.get("open").map(|node| &node.value), Some(Value::Bool(false)));
+    let tree = Node::table([
+        ("center", Node::numbers(&center)),
+        ("axis", Node::numbers(&axis)),
+        ("radius", Node::number(radius)),
+        ("height", Node::number(height)),
+        ("open", Value::Bool(is_open).into()),
+    ]);
+    Ok((Shape::Cylinder { center, axis: unit_vector(axis), radius, height, is_open }, tree))
+}
+
+fn mesh(node: &Node, path: String, context: &Reading<'_>) -> Result<(Shape, Node), SceneError> {
+    let table = Table::new(node, &schema::MESH, path)?;
+    let name = table.text("file")?;
+    let at = |error: SceneError| error.at(table.path("file"), table.line("file"));
+    let file = map_file(context.origin, name).map_err(at)?;
+    MeshFormat::of(std::path::Path::new(name))
+        .map_err(|why| at(SceneError::new(format!("{} cannot be used as a mesh: {why}", quoted(name)))))?;
+    Ok((Shape::Mesh(file), Node::table([("mesh", Node::table([("file", Node::text(name))]))])))
+}
+
+fn bubbles(node: &Node, path: String) -> Result<(Shape, Node), SceneError> {
+    let table = Table::new(node, &schema::BUBBLES, path)?;
+    let (mut balls, mut trees) = (Vec::new(), Vec::new());
+    for (i, item) in table.list("spheres").iter().enumerate() {
+        let ball = Table::new(item, &schema::BALL, format!("{}.{i}", table.path("spheres")))?;
+        let (center, radius) = (ball.triple("center")?, ball.number("radius")?);
+        balls.push(Ball { center, radius });
+        trees.push(Node::table([("center", Node::numbers(&center)), ("radius", Node::number(radius))]));
+    }
+    if let Some((number, by)) = swallowed(&balls) {
+        let path = format!("{}.{number}", table.path("spheres"));
+        let line = table.list("spheres").get(number).and_then(|node| node.line);
+        let message = format!(
+            "{path} is wholly swallowed by bubble {by}, got {:?}; let it come out, or lie free within it",
+            balls[number]
+        );
+        return Err(SceneError::new(message).at(path, line));
+    }
+    Ok((Shape::Bubbles(Arc::from(balls)), Node::table([("spheres", Value::List(trees).into())])))
+}
+
+/// A ball that touches another from within, or is it.
+fn swallowed(balls: &[Ball]) -> Option<(usize, usize)> {
+    let touches = |a: &Ball, b: &Ball| {
+        let distance = length(difference(a.center, b.center));
+        a.radius <= b.radius && (distance + a.radius - b.radius).abs() <= 1e-12 * b.radius
+    };
+    (0..balls.len()).find_map(|i| {
+        let by = (0..balls.len()).find(|&j| j != i && touches(&balls[i], &balls[j]))?;
+        Some((i, by))
+    })
 }
 
 /// Its direction at length 1; the check refuses what has none.

@@ -1,7 +1,7 @@
 //! Reading values out of the tree with errors that say where: every reader of a table names the keys it knows.
 
 use crate::error::SceneError;
-use crate::schema::{Default, Kind};
+use crate::schema::{Default, Kind, MAX_LENGTH};
 use crate::tree::{Node, Value};
 
 /// A table of the scene that is being read, with its dotted path. [`crate::check`] has seen it: what is asked for here by
@@ -212,4 +212,25 @@ pub fn as_numbers(node: &Node) -> Option<Vec<f64>> {
 /// Three numbers.
 pub fn as_triple(node: &Node) -> Option<[f64; 3]> {
     as_numbers(node)?.try_into().ok()
+}
+
+/// A node as factors along the three axes, none of them 0.
+pub fn as_scales(node: &Node) -> Option<[f64; 3]> {
+    let factors = match as_number(node) {
+        Some(all) => [all; 3],
+        None => as_triple(node)?,
+    };
+    let within = |factor: f64| (1.0 / MAX_LENGTH..=MAX_LENGTH).contains(&factor.abs());
+    factors.iter().all(|&factor| within(factor)).then_some(factors)
+}
+
+/// A node as three rows of four numbers; a fourth one must be 0 0 0 1.
+pub fn as_matrix(node: &Node) -> Option<[[f64; 4]; 3]> {
+    let Value::List(rows) = &node.value else { return None };
+    let rows: Vec<[f64; 4]> = rows.iter().map(|row| as_numbers(row)?.try_into().ok()).collect::<Option<_>>()?;
+    let rows: [[f64; 4]; 3] = match rows.as_slice() {
+        [rest @ .., last] if rows.len() == 4 && *last == [0.0, 0.0, 0.0, 1.0] => rest.try_into().ok()?,
+        three => three.try_into().ok()?,
+    };
+    rows.iter().flatten().all(|v| v.abs() <= MAX_LENGTH).then_some(rows)
 }

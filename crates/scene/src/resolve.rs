@@ -3,17 +3,21 @@
 use std::fmt;
 use std::sync::Arc;
 
-use iridesce_files::EnvironmentMap;
+use iridesce_files::{EnvironmentMap, Mesh, quoted};
 use iridesce_flow::{FilmRun, Films, FlowError};
-use iridesce_numerics::{Stopped, Watch};
+use iridesce_numerics::Watch;
 use iridesce_optics::color::Illuminant;
 use iridesce_thickness::{FlowField, ThicknessError, ThicknessModel};
 
-use crate::error::SceneError;
-use crate::field::ThicknessField;
+use crate::affine::Affine;
+use crate::error::{ResolveError, SceneError};
+use crate::field::{Ground, ThicknessField};
 use crate::files::Maps;
 use crate::films::stored;
-use crate::model::{EnvironmentSource, Light, MapFile, Object, Reflectance, Roughness, Scene, Sun, Surface, Thickness};
+use crate::heights::Heights;
+use crate::model::{
+    EnvironmentSource, Instances, Light, MapFile, Object, Reflectance, Roughness, Scene, Shape, Sun, Surface, Thickness,
+};
 use crate::schema::MAX_THICKNESS_NM;
 use crate::sky::sky;
 use crate::studio::studio;
@@ -55,6 +59,14 @@ pub struct ResolvedScene {
     layers: Vec<Vec<ThicknessField>>,
     /// What the files of each object's surface say.
     files: Vec<SurfaceFiles>,
+    /// What the files of meshes hold, by object.
+    meshes: Vec<Option<Arc<Mesh>>>,
+    /// Where each object is put, once for each instance.
+    placements: Vec<Arc<[Affine]>>,
+    /// Heights of bumps, by object.
+    bumps: Vec<Option<Heights>>,
+    /// What was left out of files, a sentence each.
+    pub notes: Vec<String>,
 }
 
 /// What the files of a surface say, where it has any.
@@ -65,6 +77,21 @@ struct SurfaceFiles {
 }
 
 impl ResolvedScene {
+    /// The mesh of an object, in scene units, if its shape is one.
+    pub fn mesh(&self, object: usize) -> Option<&Arc<Mesh>> {
+        self.meshes[object].as_ref()
+    }
+
+    /// Where an object is put: from the space of its shape to the world, once for each instance.
+    pub fn placements(&self, object: usize) -> &[Affine] {
+        &self.placements[object]
+    }
+
+    /// The heights of an object's bump map.
+    pub fn bump(&self, object: usize) -> Option<&Heights> {
+        self.bumps[object].as_ref()
+    }
+
     /// The thicknesses of an object's layers, from outside inwards: one of a film, any number of a coating, none of
     /// other surfaces.
     pub fn layers(&self, object: usize) -> &[ThicknessField] {
@@ -102,38 +129,6 @@ pub enum ResolvedSource {
     Uniform(Illuminant),
     /// A map and a sun in front of it.
     Sky(Arc<EnvironmentMap>, Sun),
-}
-
-/// Why a scene was not resolved.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ResolveError {
-    /// Whoever watches said so.
-    Stopped,
-    /// A map cannot be used, or a film does not flow.
-    Scene(SceneError),
-}
-
-impl fmt::Display for ResolveError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            ResolveError::Stopped => Stopped.fmt(f),
-            ResolveError::Scene(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for ResolveError {}
-
-impl From<SceneError> for ResolveError {
-    fn from(error: SceneError) -> ResolveError {
-        ResolveError::Scene(error)
-    }
-}
-
-impl From<Stopped> for ResolveError {
-    fn from(_: Stopped) -> ResolveError {
-        ResolveError::Stopped
-    }
 }
 
 /// Reads a scene's maps and lets its films flow, or takes from `context` what is there already.
@@ -180,6 +175,14 @@ pub fn resolve(scene: &Scene, context: &Context, watch: &Watch) -> Result<Resolv
         };
         environments.push(ResolvedEnvironment { source, rotation_deg: light.rotation_deg, radiance: light.radiance });
     }
+    let mut bodies = Bodies::default();
+    for object in &scene.objects {
+        watch.check()?;
+        bodies.read(scene, object, context, watch).map_err(|error| match error {
+            ResolveError::Scene(error) => ResolveError::Scene(in_file(error)),
+            stopped => stopped,
+        })?;
+    }
     let mut layers = Vec::new();
     let mut flowing = Flowing::default();
     for (number, object) in scene.objects.iter().enumerate() {
@@ -191,6 +194,17 @@ pub fn resolve(scene: &Scene, context: &Context, watch: &Watch) -> Result<Resolv
             let model = match thickness {
                 Thickness::Law(field) => {
                     fields.push(Some(field.clone()));
+                    continue;
+                }
+                Thickness::Model(model) => model.clone(),
+                Thickness::Vertex => {
+                    let Some(mesh) = &bodies.meshes[number] else { continue };
+                    let field = ThicknessField::of_vertices(mesh)
+                        .map_err(|why| at(SceneError::new(format!("{key} {why}")), &key))?;
+                    if field.max_nm() > MAX_THICKNESS_NM {
+                        return Err(at(SceneError::new(format!("{key} {}", too_thick(field.max_nm()))), &key).into());
+                    }
+                    fields.push(Some(field));
                     continue;
                 }
                 Thickness::Map { file, min_nm, max_nm } => {
@@ -220,13 +234,13 @@ pub fn resolve(scene: &Scene, context: &Context, watch: &Watch) -> Result<Resolv
                     }
                 },
             };
-            fields.push(Some(laid(scene, number, place, model)?));
+            fields.push(Some(laid(scene, &bodies, number, place, model)?));
         }
         layers.push(fields);
     }
     let mut files = Vec::new();
-    for object in &scene.objects {
-        files.push(read_surface_files(scene, object, context, watch)?);
+    for (object, mesh) in scene.objects.iter().zip(&bodies.meshes) {
+        files.push(read_surface_files(scene, object, mesh.as_deref(), context, watch)?);
     }
     // After all that is quick: a map that cannot be used is told before anything flows.
     let flowed = context.films.fields(&flowing.wanted, watch).map_err(|(which, error)| {
@@ -238,7 +252,7 @@ pub fn resolve(scene: &Scene, context: &Context, watch: &Watch) -> Result<Resolv
         }
     })?;
     for (field, &(number, place)) in flowed.into_iter().zip(&flowing.places) {
-        layers[number][place] = Some(laid(scene, number, place, ThicknessModel::Flow(field))?);
+        layers[number][place] = Some(laid(scene, &bodies, number, place, ThicknessModel::Flow(field))?);
     }
     let layers: Vec<Vec<ThicknessField>> =
         layers.into_iter().map(|fields| fields.into_iter().flatten().collect()).collect();
@@ -250,7 +264,8 @@ pub fn resolve(scene: &Scene, context: &Context, watch: &Watch) -> Result<Resolv
             return Err(in_file(SceneError::new(message).at(&key, scene.line_of(&key))).into());
         }
     }
-    Ok(ResolvedScene { recipe: scene.clone(), environments, layers, files })
+    let Bodies { meshes, placements, bumps, notes } = bodies;
+    Ok(ResolvedScene { recipe: scene.clone(), environments, layers, files, meshes, placements, bumps, notes })
 }
 
 /// What stands in files of an object's surface, thicknesses aside.
@@ -269,6 +284,7 @@ fn surface_files(object: &Object) -> impl Iterator<Item = &MapFile> {
 fn read_surface_files(
     scene: &Scene,
     object: &Object,
+    mesh: Option<&Mesh>,
     context: &Context,
     watch: &Watch,
 ) -> Result<SurfaceFiles, ResolveError> {
@@ -277,13 +293,29 @@ fn read_surface_files(
         let key = format!("object.{}.surface.{key}", object.name);
         error.at(&key, scene.line_of(&key)).in_file(scene.origin.file.as_deref())
     };
+    if let Some(Mesh { uv: None, .. }) = mesh {
+        let kind = object.surface.kind();
+        let asked = match (&object.roughness, &object.surface) {
+            (Roughness::Map { .. }, _) => Some((format!("{kind}.roughness"), "be a map")),
+            (Roughness::Uniform([u, v]), _) if u != v => Some((format!("{kind}.roughness"), "differ along u and v")),
+            (_, Surface::Diffuse(Reflectance::Map(_))) => Some(("diffuse.reflectance".to_owned(), "be a map")),
+            _ => None,
+        };
+        if let Some((key, what)) = asked {
+            let message = format!(
+                "object.{}.surface.{key} cannot {what} on this mesh, whose file has no texture coordinates",
+                object.name
+            );
+            return Err(at(SceneError::new(message), &key).into());
+        }
+    }
     if let Roughness::Map { file, min, max } = &object.roughness {
         let planes = context.maps.roughness(file, *min, *max, watch);
         watch.check()?;
         let kind = object.surface.kind();
         let planes = planes.map_err(|e| at(e, &format!("{kind}.roughness.map")))?;
         watch.add(1);
-        files.roughness = Some(Texture::new(planes, &object.shape));
+        files.roughness = Some(Texture::new(planes, object));
     }
     match &object.surface {
         Surface::Diffuse(Reflectance::Map(file)) => {
@@ -291,7 +323,7 @@ fn read_surface_files(
             watch.check()?;
             let planes = planes.map_err(|e| at(e, "diffuse.reflectance.map"))?;
             watch.add(1);
-            files.reflectance = Some(ResolvedReflectance::Map(Texture::new(planes, &object.shape)));
+            files.reflectance = Some(ResolvedReflectance::Map(Texture::new(planes, object)));
         }
         Surface::Diffuse(Reflectance::Spectrum(file)) => {
             let table = context.maps.spectrum(file, watch);
@@ -305,6 +337,83 @@ fn read_surface_files(
     Ok(files)
 }
 
+/// What files say of objects beside their layers.
+#[derive(Default)]
+struct Bodies {
+    meshes: Vec<Option<Arc<Mesh>>>,
+    placements: Vec<Arc<[Affine]>>,
+    bumps: Vec<Option<Heights>>,
+    notes: Vec<String>,
+}
+
+impl Bodies {
+    fn read(&mut self, scene: &Scene, object: &Object, context: &Context, watch: &Watch) -> Result<(), ResolveError> {
+        let path = |key: &str| format!("object.{}.{key}", object.name);
+        let at = |error: SceneError, key: &str| {
+            let key = path(key);
+            let line = scene.line_of(&key);
+            error.at(key, line)
+        };
+        let mesh = match &object.shape {
+            Shape::Mesh(file) => {
+                let mesh = context.maps.mesh(file, scene.unit, &scene.origin, watch);
+                watch.check()?;
+                let mesh = mesh.map_err(|e| at(e, "shape.mesh.file"))?;
+                let fills = matches!(object.surface, Surface::Dielectric(_) | Surface::Coating(_));
+                if fills && let Some(edge) = context.maps.open_edge(file, scene.unit, &mesh) {
+                    let [a, b] = edge.ends;
+                    let message = format!(
+                        "{} must be closed, since a medium fills it: the edge from {a:?} to {b:?} of triangle {} is open",
+                        quoted(&file.name),
+                        edge.triangle
+                    );
+                    return Err(at(SceneError::new(message), "shape.mesh.file").into());
+                }
+                for note in &mesh.notes {
+                    let note = format!("{}: {note}", quoted(&file.name));
+                    if !self.notes.contains(&note) {
+                        self.notes.push(note);
+                    }
+                }
+                if object.bump.is_some() && mesh.uv.is_none() {
+                    let message =
+                        format!("{} cannot be a map on this mesh, whose file has no texture coordinates", path("bump"));
+                    return Err(at(SceneError::new(message), "bump").into());
+                }
+                Some(mesh)
+            }
+            _ => None,
+        };
+        self.meshes.push(mesh);
+        let own = &object.placement.transform;
+        let all: Arc<[Affine]> = match &object.placement.instances {
+            Instances::Once => Arc::new([*own]),
+            Instances::List(list) => list.iter().map(|by| by.after(own)).collect(),
+            Instances::File(file) => {
+                let list = context.maps.transforms(file, watch);
+                watch.check()?;
+                list.map_err(|e| at(e, "instances.file"))?.iter().map(|by| by.after(own)).collect()
+            }
+        };
+        if let Some(flat) = all.iter().position(|by| by.inverse().is_none()) {
+            let message = format!("{} must have an inverse: that of instance {flat} has none", path("instances"));
+            return Err(at(SceneError::new(message), "instances").into());
+        }
+        self.placements.push(all);
+        let bump = match &object.bump {
+            None => None,
+            Some(bump) => {
+                let grid = context.maps.thickness(&bump.file, watch);
+                watch.check()?;
+                let grid = grid.map_err(|e| at(e, "bump.map"))?;
+                Some(Heights::new(grid.shares(), bump.height))
+            }
+        };
+        self.bumps.push(bump);
+        Ok(())
+    }
+}
+
 /// Films that have to flow, and where they lie: object and layer.
 #[derive(Default)]
 struct Flowing {
@@ -313,14 +422,26 @@ struct Flowing {
 }
 
 /// A model that took time to make, over the shape of its object.
-fn laid(scene: &Scene, number: usize, place: usize, model: ThicknessModel) -> Result<ThicknessField, SceneError> {
+fn laid(
+    scene: &Scene,
+    bodies: &Bodies,
+    number: usize,
+    place: usize,
+    model: ThicknessModel,
+) -> Result<ThicknessField, SceneError> {
     let object = &scene.objects[number];
     let key = layer_key(object, place);
     let wrong = |why: String| {
         let error = SceneError::new(format!("{key} {why}")).at(&key, scene.line_of(&key));
         error.in_file(scene.origin.file.as_deref())
     };
-    let field = ThicknessField::new(model, &object.shape, scene.unit).map_err(wrong)?;
+    let ground = Ground {
+        shape: &object.shape,
+        mesh: bodies.meshes[number].as_deref(),
+        placements: &bodies.placements[number],
+        uv: object.uv,
+    };
+    let field = ThicknessField::over(model, &ground, scene.unit).map_err(wrong)?;
     if field.max_nm() > MAX_THICKNESS_NM {
         return Err(wrong(too_thick(field.max_nm())));
     }
@@ -329,7 +450,7 @@ fn laid(scene: &Scene, number: usize, place: usize, model: ThicknessModel) -> Re
 
 fn layers_of(object: &Object) -> Vec<&Thickness> {
     match &object.surface {
-        Surface::Film(film) => vec![&film.thickness],
+        Surface::Film(film) => std::iter::once(&film.thickness).chain(&film.inner_thickness).collect(),
         Surface::Coating(coating) => coating.layers.iter().map(|layer| &layer.thickness).collect(),
         Surface::Dielectric(_) | Surface::Metal(_) | Surface::Diffuse(_) | Surface::Emitter(_) => Vec::new(),
     }
@@ -339,6 +460,7 @@ fn layers_of(object: &Object) -> Vec<&Thickness> {
 fn layer_key(object: &Object, place: usize) -> String {
     match &object.surface {
         Surface::Coating(_) => format!("object.{}.surface.coating.layers.{place}.thickness_nm", object.name),
+        _ if place > 0 => format!("object.{}.surface.film.inner_thickness_nm", object.name),
         _ => format!("object.{}.surface.film.thickness_nm", object.name),
     }
 }

@@ -14,7 +14,11 @@ pub const MAX_THICKNESS_NM: f64 = 1e7;
 /// Largest side of a picture, pixels.
 pub const MAX_SIDE: u64 = 1 << 20;
 /// Most objects.
-const MAX_OBJECTS: usize = 10_000;
+const MAX_OBJECTS: usize = 100_000;
+/// Most instances that a scene file lists itself.
+const MAX_INSTANCES: usize = 100_000;
+/// Most bubbles of a cluster.
+const MAX_BUBBLES: usize = 1000;
 /// Most lights.
 const MAX_LIGHTS: usize = 256;
 /// Most layers of a coating.
@@ -110,6 +114,18 @@ pub enum Takes {
     Table(&'static Kind),
     /// A list of tables: at least and at most so many.
     List(&'static Kind, usize, usize),
+    /// `true` or `false`.
+    Bool,
+    /// A factor, or three.
+    Scale,
+    /// Two numbers.
+    Pair(Range),
+    /// Three rows of four numbers.
+    Matrix,
+    /// A whole number, also below zero.
+    Integer(i64, i64),
+    /// A list of tables of the first kind, at most so many, or a table of the second.
+    Instances(&'static Kind, &'static Kind, usize),
 }
 
 /// The numbers that a key allows.
@@ -172,6 +188,8 @@ const CURVATURE: Range = Range {
     also: Also::Negative,
     ..Range::new("a length other than 0, from 1e-9 to 1e9 either way (> 0 bulges towards the axis)", 1e-9, 1e9)
 };
+const UV_RANGE: Range = Range::new("from -1e6 to 1e6", -1e6, 1e6);
+const SPAN: Range = Range::new("a length from -1e9 to 1e9", -MAX_LENGTH, MAX_LENGTH);
 const EXPONENT: Range = Range::new("an exponent > 0", f64::MIN_POSITIVE, f64::MAX);
 const RADIUS_MM: Range = Range::new("a radius in mm > 0, from 1e-9 to 1e12", 1e-9, 1e12);
 const TIME: Range = Range::new("a time in s, from 0 to 600", 0.0, iridesce_flow::MOST_SECONDS);
@@ -283,13 +301,38 @@ pub static OBJECT: Kind = kind(
         key("name", Takes::Name, "", Default::Words("`bubble`, `bubble-2`, ..."), "for messages and paths"),
         key("shape", Takes::Table(&SHAPE), "", Default::Table("sphere"), "where it is"),
         key("surface", Takes::Table(&SURFACE), "", Default::Table("film"), "what it is made of"),
+        key("transform", Takes::Table(&TRANSFORM), "", Default::Words("none"), "moves, turns and scales the shape"),
+        key(
+            "instances",
+            Takes::Instances(&TRANSFORM, &INSTANCES, MAX_INSTANCES),
+            "",
+            Default::Words("once"),
+            "the object once for each transform, after its own; a list, or `{ file }`",
+        ),
+        key("uv", Takes::Table(&UV), "", Default::Words("as the shape has them"), "how maps lie on it"),
+        key("bump", Takes::Table(&BUMP), "", Default::Words("none"), "heights that turn the shading normals"),
+        key(
+            "priority",
+            Takes::Integer(-1000, 1000),
+            "",
+            Default::Words("0"),
+            "of the medium behind it: inside several, the highest rules",
+        ),
     ],
 );
 
 /// `shape = { ... }`.
 pub static SHAPE: Kind = Kind {
-    alternatives: &[&["sphere"], &["rectangle"], &["disk"], &["plane"], &["cap"], &["mesh"]],
-    later: &["mesh"],
+    alternatives: &[
+        &["sphere"],
+        &["rectangle"],
+        &["disk"],
+        &["plane"],
+        &["cap"],
+        &["cylinder"],
+        &["mesh"],
+        &["bubbles"],
+    ],
     ..kind(
         "shape",
         "one of",
@@ -311,6 +354,9 @@ pub static SHAPE: Kind = Kind {
                 Default::Alternative,
                 "part of a sphere, one face of a lens; front: `axis`",
             ),
+            key("cylinder", Takes::Table(&CYLINDER), "", Default::Alternative, "front: outside"),
+            key("mesh", Takes::Table(&MESH), "", Default::Alternative, "triangles of a file; front: by winding"),
+            key("bubbles", Takes::Table(&BUBBLES), "", Default::Alternative, "a cluster of bubbles that share walls"),
         ],
     )
 };
@@ -367,6 +413,78 @@ pub static CAP: Kind = kind(
     ],
 );
 
+/// A cylinder.
+pub static CYLINDER: Kind = kind(
+    "cylinder",
+    "the side of a cylinder",
+    &[
+        CENTER,
+        key("axis", Takes::Vector, "", Default::Triple([0.0, 1.0, 0.0]), "along it"),
+        RADIUS,
+        key("height", Takes::Number(LENGTH), UNITS, Default::Number(8.0), "from end to end"),
+        key("open", Takes::Bool, "", Default::Words("true"), "`false` closes both ends"),
+    ],
+);
+
+/// A mesh.
+pub static MESH: Kind = kind(
+    "mesh",
+    "triangles of a file",
+    &[key("file", Takes::File, "", Default::Needed, "OBJ, PLY, glTF or GLB; coordinates in scene units, of glTF in m")],
+);
+
+/// A cluster of bubbles.
+pub static BUBBLES: Kind = kind(
+    "bubbles",
+    "a cluster of bubbles that share walls; takes the surface film",
+    &[key("spheres", Takes::List(&BALL, 1, MAX_BUBBLES), "", Default::Needed, "where they overlap they share a wall")],
+);
+
+/// A sphere of a cluster.
+pub static BALL: Kind = kind("ball", "a sphere of a cluster", &[CENTER, RADIUS]);
+
+/// `transform = { ... }`.
+pub static TRANSFORM: Kind = kind(
+    "transform",
+    "`scale`, then `rotate_deg`, then `translate`; or `matrix` alone",
+    &[
+        key("scale", Takes::Scale, "", Default::Words("1"), "a factor, or three along x, y and z; about the origin"),
+        key(
+            "rotate_deg",
+            Takes::Point,
+            "degrees",
+            Default::Triple([0.0; 3]),
+            "about x, then y, then z of the world, through the origin",
+        ),
+        key("translate", Takes::Point, UNITS, Default::Triple([0.0; 3]), "what is added last"),
+        key("matrix", Takes::Matrix, "", Default::Words("none"), "three rows of four: A and what is added"),
+    ],
+);
+
+/// `instances = { file }`.
+pub static INSTANCES: Kind =
+    kind("instances", "transforms of a file", &[key("file", Takes::File, "", Default::Needed, "NPY, n x 3 x 4")]);
+
+/// `uv = { ... }`.
+pub static UV: Kind = kind(
+    "uv",
+    "u and v of every map on the object: scaled, then shifted; maps then repeat",
+    &[
+        key("scale", Takes::Pair(UV_RANGE), "", Default::Words("[1, 1]"), "of u and v"),
+        key("offset", Takes::Pair(UV_RANGE), "", Default::Words("[0, 0]"), "added to u and v"),
+    ],
+);
+
+/// `bump = { ... }`.
+pub static BUMP: Kind = kind(
+    "bump",
+    "heights over u and v",
+    &[
+        key("map", Takes::File, "", Default::Needed, "grey, linear"),
+        key("height", Takes::Number(SPAN), UNITS, Default::Needed, "of white, or of 1.0; black is 0"),
+    ],
+);
+
 /// `surface = { ... }`.
 pub static SURFACE: Kind = Kind {
     alternatives: &[&["film"], &["coating"], &["dielectric"], &["metal"], &["diffuse"], &["emitter"]],
@@ -413,6 +531,13 @@ pub static FILM: Kind = kind(
         ),
         key("outside", Takes::Medium, "", Default::Text("air"), "on both its sides"),
         ROUGHNESS_KEY,
+        key(
+            "inner_thickness_nm",
+            Takes::Thickness(&THICKNESS_MODEL),
+            "nm",
+            Default::Words("`thickness_nm`"),
+            "of the walls between bubbles; shape `bubbles` only",
+        ),
     ],
 );
 
@@ -785,7 +910,7 @@ pub static ENVIRONMENT: Kind = Kind {
 };
 
 /// Every kind, in the order of the docs.
-pub static KINDS: [&Kind; 32] = [
+pub static KINDS: [&Kind; 40] = [
     &SCENE,
     &CAMERA,
     &RENDER,
@@ -796,6 +921,14 @@ pub static KINDS: [&Kind; 32] = [
     &DISK,
     &PLANE,
     &CAP,
+    &CYLINDER,
+    &MESH,
+    &BUBBLES,
+    &BALL,
+    &TRANSFORM,
+    &INSTANCES,
+    &UV,
+    &BUMP,
     &SURFACE,
     &FILM,
     &COATING,

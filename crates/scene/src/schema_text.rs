@@ -113,7 +113,24 @@ fn takes(takes: Takes) -> Value {
             let pair = json!({ "type": "array", "items": share, "minItems": 2, "maxItems": 2 });
             json!({ "anyOf": [share, pair, { "$ref": reference(kind) }] })
         }
-        Takes::Thickness(kind) => json!({ "anyOf": [number(THICKNESS), { "$ref": reference(kind) }] }),
+        Takes::Thickness(kind) => {
+            json!({ "anyOf": [number(THICKNESS), { "const": "vertex" }, { "$ref": reference(kind) }] })
+        }
+        Takes::Bool => json!({ "type": "boolean" }),
+        Takes::Scale => {
+            let factor = json!({ "type": "number" });
+            json!({ "anyOf": [factor, { "type": "array", "items": factor, "minItems": 3, "maxItems": 3 }] })
+        }
+        Takes::Pair(range) => json!({ "type": "array", "items": number(range), "minItems": 2, "maxItems": 2 }),
+        Takes::Matrix => {
+            let row = json!({ "type": "array", "items": coordinate, "minItems": 4, "maxItems": 4 });
+            json!({ "type": "array", "items": row, "minItems": 3, "maxItems": 4 })
+        }
+        Takes::Integer(from, to) => json!({ "type": "integer", "minimum": from, "maximum": to }),
+        Takes::Instances(one, file, most) => {
+            let list = json!({ "type": "array", "items": { "$ref": reference(one) }, "minItems": 1, "maxItems": most });
+            json!({ "anyOf": [list, { "$ref": reference(file) }] })
+        }
         Takes::Table(kind) => json!({ "$ref": reference(kind) }),
         Takes::List(kind, least, most) => {
             json!({ "type": "array", "items": { "$ref": reference(kind) }, "minItems": least, "maxItems": most })
@@ -178,6 +195,12 @@ fn allowed(key: &Key) -> String {
         Takes::Roughness(kind) => format!("a number from 0 to 1, or two, or a table `{}`", kind.name),
         Takes::Thickness(kind) => format!("{}, or a table `{}`", THICKNESS.words, kind.name),
         Takes::Table(kind) => format!("a table `{}`", kind.name),
+        Takes::Bool => "`true` or `false`".to_owned(),
+        Takes::Scale => "a factor other than 0, or three".to_owned(),
+        Takes::Pair(range) => format!("two numbers, {}", range.words),
+        Takes::Matrix => "three rows of four numbers".to_owned(),
+        Takes::Integer(from, to) => format!("a whole number from {from} to {to}"),
+        Takes::Instances(one, file, most) => format!("1 to {most} tables `{}`, or a table `{}`", one.name, file.name),
         Takes::List(kind, 0, most) => format!("at most {most} tables `{}`", kind.name),
         Takes::List(kind, least, most) => format!("{least} to {most} tables `{}`", kind.name),
     }

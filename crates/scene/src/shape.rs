@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use iridesce_numerics::vector::{cross, difference, dot, length, scaled};
 
-use crate::model::Shape;
+use crate::model::{Ball, Shape};
 
 /// Sine of the angle to +y below which a normal counts as vertical: the direction that +y has in the surface is then
 /// rounding alone.
@@ -35,6 +35,7 @@ impl Shape {
                 let bottom = if holds(-out[1]) { center[1] - radius * (1.0 + out[1]) } else { rim - reach };
                 Some([bottom, top])
             }
+            _ => self.span([0.0, 1.0, 0.0]),
         }
     }
 
@@ -46,6 +47,66 @@ impl Shape {
             Shape::Rectangle { u, v, .. } => Some(length(difference(u, v)).max(length(difference(u, scaled(v, -1.0))))),
             Shape::Plane { .. } => None,
             Shape::Cap { aperture_radius, .. } => Some(aperture_radius),
+            Shape::Cylinder { radius, height, .. } => Some(radius.hypot(0.5 * height)),
+            Shape::Bubbles(ref balls) => {
+                let middle = middle(balls);
+                let far = balls.iter().map(|ball| length(difference(ball.center, middle)) + ball.radius);
+                Some(far.fold(0.0, f64::max))
+            }
+            Shape::Mesh(_) => None,
+        }
+    }
+
+    /// The least and the largest of `along . p` over its points; `None` for an unbounded shape, and for a mesh, of which only
+    /// its file can tell.
+    pub fn span(&self, along: [f64; 3]) -> Option<[f64; 2]> {
+        let size = length(along);
+        let around = |center: [f64; 3], half: f64| {
+            let middle = dot(along, center);
+            Some([middle - half, middle + half])
+        };
+        let across = |axis: [f64; 3]| (size * size - dot(along, axis).powi(2)).max(0.0).sqrt();
+        match *self {
+            Shape::Sphere { center, radius } => around(center, radius * size),
+            Shape::Rectangle { center, u, v } => around(center, dot(along, u).abs() + dot(along, v).abs()),
+            Shape::Disk { center, normal, radius } => around(center, radius * across(normal)),
+            Shape::Plane { .. } | Shape::Mesh(_) => None,
+            Shape::Cap { center, axis, radius_of_curvature, aperture_radius } => {
+                // Turned so that the way counts upwards: a cap's heights hang on the angle between axis and up alone.
+                let up = if size > 0.0 { dot(along, axis) / size } else { 0.0 };
+                let turned = Shape::Cap {
+                    center: [0.0; 3],
+                    axis: [(1.0 - up * up).max(0.0).sqrt(), up, 0.0],
+                    radius_of_curvature,
+                    aperture_radius,
+                };
+                let [low, high] = turned.heights()?;
+                let middle = dot(along, center);
+                Some([middle + low * size, middle + high * size])
+            }
+            Shape::Cylinder { center, axis, radius, height, .. } => {
+                around(center, 0.5 * height * dot(along, axis).abs() + radius * across(axis))
+            }
+            Shape::Bubbles(ref balls) => balls
+                .iter()
+                .map(|ball| {
+                    [dot(along, ball.center) - ball.radius * size, dot(along, ball.center) + ball.radius * size]
+                })
+                .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]),
+        }
+    }
+
+    /// Its middle, from which a lens's gap is measured, and the axis through it, if the gap goes by that.
+    pub fn middle(&self) -> ([f64; 3], Option<[f64; 3]>) {
+        match *self {
+            Shape::Sphere { center, .. } | Shape::Rectangle { center, .. } | Shape::Disk { center, .. } => {
+                (center, None)
+            }
+            Shape::Cap { center, axis, .. } => (center, Some(axis)),
+            Shape::Plane { point, .. } => (point, None),
+            Shape::Cylinder { center, .. } => (center, None),
+            Shape::Bubbles(ref balls) => (middle(balls), None),
+            Shape::Mesh(_) => ([0.0; 3], None),
         }
     }
 
@@ -73,6 +134,11 @@ impl Shape {
     }
 }
 
+fn middle(balls: &[Ball]) -> [f64; 3] {
+    let sum = balls.iter().fold([0.0; 3], |sum, ball| std::array::from_fn(|i| sum[i] + ball.center[i]));
+    scaled(sum, 1.0 / balls.len().max(1) as f64)
+}
+
 /// How u and v run over a shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Chart {
@@ -91,6 +157,17 @@ pub enum Chart {
         up: [f64; 3],
         /// Whether the map repeats.
         repeats: bool,
+    },
+    /// Around an axis and along it.
+    Tube {
+        /// Where u is 1/2 and v is 1/2 seen from the axis.
+        center: [f64; 3],
+        /// Along v, length 1.
+        axis: [f64; 3],
+        /// Towards u = 1/2, length 1.
+        front: [f64; 3],
+        /// Along it v goes from 0 to 1.
+        height: f64,
     },
 }
 
@@ -113,6 +190,15 @@ impl Chart {
             Shape::Disk { center, normal, radius } => facing(center, normal, 0.5 / radius, false),
             Shape::Plane { point, normal } => facing(point, normal, 1.0, true),
             Shape::Cap { center, axis, aperture_radius, .. } => facing(center, axis, 0.5 / aperture_radius, false),
+            Shape::Cylinder { center, axis, height, .. } => {
+                // u = 1/2 faces +z, as on a globe; of an axis along z, +y.
+                let wanted = if axis[0].hypot(axis[1]) < VERTICAL { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] };
+                let front = difference(wanted, scaled(axis, dot(wanted, axis)));
+                Chart::Tube { center, axis, front: scaled(front, 1.0 / length(front)), height }
+            }
+            Shape::Bubbles(ref balls) => Chart::Globe { center: middle(balls) },
+            // Of a mesh without coordinates of its own; maps are refused there.
+            Shape::Mesh(_) => facing([0.0; 3], [0.0, 0.0, 1.0], 1.0, true),
         }
     }
 
@@ -127,6 +213,32 @@ impl Chart {
                 let way = difference(point, center);
                 [0.5 + dot(way, across), 0.5 + dot(way, up)]
             }
+            Chart::Tube { center, axis, front, height } => {
+                let way = difference(point, center);
+                let side = cross(axis, front);
+                [0.5 + dot(way, side).atan2(dot(way, front)) / TAU, 0.5 + dot(way, axis) / height]
+            }
+        }
+    }
+
+    /// How a point of the surface moves with u, and with v.
+    pub fn tangents(&self, point: [f64; 3]) -> [[f64; 3]; 2] {
+        match *self {
+            Chart::Globe { center } => {
+                let [x, y, z] = difference(point, center);
+                let round = x.hypot(z);
+                // At the poles any direction will do.
+                let (sin, cos) = if round > 0.0 { (x / round, z / round) } else { (0.0, 1.0) };
+                [scaled([round * cos, 0.0, -round * sin], TAU), scaled([-y * sin, round, -y * cos], PI)]
+            }
+            Chart::Flat { across, up, .. } => {
+                let normal = cross(across, up);
+                let per = 1.0 / dot(normal, normal);
+                [scaled(cross(up, normal), per), scaled(cross(normal, across), per)]
+            }
+            Chart::Tube { center, axis, height, .. } => {
+                [scaled(cross(axis, difference(point, center)), TAU), scaled(axis, height)]
+            }
         }
     }
 
@@ -137,14 +249,16 @@ impl Chart {
                 let [x, _, z] = difference(point, center);
                 [z, 0.0, -x]
             }
-            Chart::Flat { across, .. } => across,
+            // Where v stays: in a sheared chart not where u grows fastest.
+            Chart::Flat { across, up, .. } => cross(up, cross(across, up)),
+            Chart::Tube { center, axis, .. } => cross(axis, difference(point, center)),
         }
     }
 
     /// Whether the left edge of a map meets its right edge, and its bottom its top.
     pub fn repeats(&self) -> [bool; 2] {
         match *self {
-            Chart::Globe { .. } => [true, false],
+            Chart::Globe { .. } | Chart::Tube { .. } => [true, false],
             Chart::Flat { repeats, .. } => [repeats; 2],
         }
     }
@@ -213,7 +327,7 @@ mod tests {
             let cap = Shape::Cap { center, axis: normal, radius_of_curvature: -5.0, aperture_radius: 2.0 };
             let plane = Shape::Plane { point: center, normal };
             for (a, b) in [(0.0, 0.0), (2.0, 0.0), (-1.0, 0.5), (0.0, -2.0)] {
-                for shape in [disk, cap] {
+                for shape in [disk.clone(), cap.clone()] {
                     let uv = shape.uv(step(a, b));
                     assert!((uv[0] - 0.5 - a / 4.0).abs() < 1e-8 && (uv[1] - 0.5 - b / 4.0).abs() < 1e-8, "{normal:?}");
                 }

@@ -74,8 +74,19 @@ fn film(node: &Node, path: String, shape: &Shape, context: &Reading<'_>) -> Resu
     let (thickness, thickness_tree) = field(&table, shape, context)?;
     // Whether a ray can be in that medium, the scene as a whole decides.
     let (outside, outside_tree) = medium_of(&table, "outside")?;
-    let tree = Node::table([("medium", medium_tree), ("thickness_nm", thickness_tree), ("outside", outside_tree)]);
-    Ok((Surface::Film(Film { medium, thickness, outside }), tree))
+    let mut entries = vec![("medium", medium_tree), ("thickness_nm", thickness_tree), ("outside", outside_tree)];
+    let inner_thickness = match table.get("inner_thickness_nm") {
+        None => None,
+        Some(_) if !matches!(shape, Shape::Bubbles(_)) => {
+            return Err(table.wrong("inner_thickness_nm", "left out: only the shape bubbles has walls inside"));
+        }
+        given => {
+            let (inner, tree) = crate::thickness::thickness(given, &table.path("inner_thickness_nm"), shape, context)?;
+            entries.push(("inner_thickness_nm", tree));
+            Some(inner)
+        }
+    };
+    Ok((Surface::Film(Film { medium, thickness, outside, inner_thickness }), Node::table(entries)))
 }
 
 /// What stands under `thickness_nm`, for this shape.

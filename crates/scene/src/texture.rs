@@ -6,7 +6,7 @@ use iridesce_files::{Grid, Photograph, SpectrumChoice, read_spectrum};
 use iridesce_optics::medium::VISIBLE_NM;
 use iridesce_thickness::ThicknessMap;
 
-use crate::model::Shape;
+use crate::model::{Object, Shape, UvMap};
 use crate::shape::Chart;
 
 /// Numbers laid over a shape by u and v: one at every place, or three.
@@ -14,24 +14,47 @@ use crate::shape::Chart;
 pub struct Texture {
     planes: Planes,
     chart: Chart,
+    repeats: [bool; 2],
+    /// It cannot be asked with a point of the world alone.
+    needs_place: bool,
 }
 
 /// Grids of equal size, one a channel.
 pub type Planes = Arc<[Arc<ThicknessMap>]>;
 
 impl Texture {
-    /// Lays grids over a shape.
-    pub(crate) fn new(planes: Planes, shape: &Shape) -> Texture {
-        Texture { planes, chart: Chart::new(shape) }
+    /// Lays grids over the shape of an object.
+    pub(crate) fn new(planes: Planes, object: &Object) -> Texture {
+        let chart = Chart::new(&object.shape);
+        let is_mesh = matches!(object.shape, Shape::Mesh(_));
+        let is_plain = !is_mesh && object.uv == UvMap::default();
+        Texture {
+            planes,
+            repeats: if is_plain { chart.repeats() } else { [true; 2] },
+            needs_place: !is_plain || !object.placement.is_plain(),
+            chart,
+        }
+    }
+
+    /// Whether a point of the world does not tell, since the object is moved, a mesh, or has a `uv` of its own:
+    /// [`Texture::at_uv`] does.
+    #[inline(always)]
+    pub fn needs_place(&self) -> bool {
+        self.needs_place
     }
 
     /// The numbers at a point of the shape, bilinear between texels; a grey texture has three equal ones.
     #[inline]
     pub fn at(&self, point: [f64; 3]) -> [f64; 3] {
-        let ([u, v], repeats) = (self.chart.uv(point), self.chart.repeats());
+        self.at_uv(self.chart.uv(point))
+    }
+
+    /// The same at u and v as maps are asked: those of the shape or the mesh, scaled and shifted.
+    #[inline]
+    pub fn at_uv(&self, [u, v]: [f64; 2]) -> [f64; 3] {
         match &self.planes[..] {
-            [red, green, blue] => [red, green, blue].map(|plane| plane.sample_with(u, v, repeats)),
-            planes => [planes[0].sample_with(u, v, repeats); 3],
+            [red, green, blue] => [red, green, blue].map(|plane| plane.sample_with(u, v, self.repeats)),
+            planes => [planes[0].sample_with(u, v, self.repeats); 3],
         }
     }
 
@@ -124,6 +147,40 @@ pub fn held(table: &[(f64, f64)], nm: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::affine::Affine;
+    use crate::model::{Placement, Reflectance, Roughness, Surface};
+
+    fn object(shape: Shape) -> Object {
+        Object {
+            name: "plate".to_owned(),
+            shape,
+            surface: Surface::Diffuse(Reflectance::Rgb([0.5; 3])),
+            roughness: Roughness::SMOOTH,
+            placement: Placement::default(),
+            uv: UvMap::default(),
+            bump: None,
+            priority: 0,
+        }
+    }
+
+    /// An object that is moved, or has a `uv` of its own, is asked by u and v; with a `uv` pictures repeat.
+    #[test]
+    fn pictures_obey_transforms_and_uv() {
+        let plane = Arc::new(ThicknessMap::new(2, 1, vec![0.0, 1.0]).unwrap());
+        let planes: Planes = Arc::new([plane]);
+        let shape = Shape::Rectangle { center: [0.0; 3], u: [1.0, 0.0, 0.0], v: [0.0, 1.0, 0.0] };
+        let mut plate = object(shape);
+        let plain = Texture::new(planes.clone(), &plate);
+        assert!(!plain.needs_place());
+        assert_eq!((plain.at([0.9, 0.0, 0.0]), plain.at_uv([1.25, 0.5])), ([1.0; 3], [1.0; 3]), "it ends at its edge");
+        plate.placement.transform = Affine::placed([1.0; 3], [0.0; 3], [5.0, 0.0, 0.0]);
+        assert!(Texture::new(planes.clone(), &plate).needs_place());
+        plate.placement = Placement::default();
+        plate.uv.scale = [2.0, 1.0];
+        let scaled = Texture::new(planes, &plate);
+        assert!(scaled.needs_place());
+        assert_eq!([0.25, 0.75, 1.25, 1.75].map(|u| scaled.at_uv([u, 0.5])[0]), [0.0, 1.0, 0.0, 1.0]);
+    }
 
     #[test]
     fn spectra_are_read_as_ratios_and_refused_above_one() {
@@ -143,7 +200,7 @@ mod tests {
             report: Default::default(),
         };
         let shape = Shape::Rectangle { center: [0.0; 3], u: [1.0, 0.0, 0.0], v: [0.0, 1.0, 0.0] };
-        let texture = Texture::new(reflectance_planes(&picture).unwrap(), &shape);
+        let texture = Texture::new(reflectance_planes(&picture).unwrap(), &object(shape));
         assert_eq!(texture.at([-0.75, 0.0, 0.0]), [0.25, 0.0, 1.0]);
         assert_eq!(texture.mean(), [0.375, 0.25, 0.75]);
         picture.rgb[4] = 1.5;

@@ -31,6 +31,9 @@ pub fn thickness(
     let node = &given.cloned().unwrap_or_else(default);
     let wrong = |why: String| SceneError::new(format!("{path} {why}")).at(path, node.line);
     let laid = |model: ThicknessModel| {
+        if context.is_placed || matches!(shape, Shape::Mesh(_)) {
+            return Ok(Thickness::Model(model));
+        }
         let field = ThicknessField::new(model, shape, context.unit).map_err(wrong)?;
         if field.max_nm() > MAX_THICKNESS_NM {
             return Err(wrong(too_thick(field.max_nm())));
@@ -40,6 +43,12 @@ pub fn thickness(
     if let Some(thickness_nm) = as_number(node) {
         let model = ThicknessModel::uniform(thickness_nm).map_err(|e| wrong(e.message))?;
         return Ok((laid(model)?, Node::number(thickness_nm)));
+    }
+    if matches!(&node.value, Value::Text(word) if word == "vertex") {
+        return match shape {
+            Shape::Mesh(_) => Ok((Thickness::Vertex, Node::text("vertex"))),
+            _ => Err(wrong("can be \"vertex\" only on a mesh, whose file states thickness_nm at its vertices".into())),
+        };
     }
     let table = Table::new(node, &schema::THICKNESS_MODEL, path)?;
     let (kind, inner) = table.choice()?;
@@ -73,7 +82,8 @@ pub fn most_nm(thickness: &Thickness) -> f64 {
     match thickness {
         Thickness::Law(field) => field.max_nm(),
         Thickness::Swirls { min_nm, max_nm, .. } => min_nm.max(*max_nm),
-        Thickness::Map { .. } | Thickness::Flow { .. } => 0.0,
+        Thickness::Model(model) if !matches!(model, ThicknessModel::LensGap(_)) => model.max_nm(),
+        Thickness::Map { .. } | Thickness::Flow { .. } | Thickness::Model(_) | Thickness::Vertex => 0.0,
     }
 }
 

@@ -63,7 +63,7 @@ fn read(node: &Node, checker: &mut Checker<'_>) -> Option<Parts> {
         }
     };
     // Where the unit is wrong, all else is read as if it were the usual one, to be checked.
-    let reading = Reading { unit: unit.unwrap_or_default(), origin: checker.origin };
+    let reading = Reading { unit: unit.unwrap_or_default(), origin: checker.origin, is_placed: false };
     let camera = root.get("camera").and_then(|node| {
         checker.part(node, &schema::CAMERA, "camera", || camera(&Table::new(node, &schema::CAMERA, "camera")?))
     });

@@ -21,7 +21,7 @@ fn object(inside: &str) -> Result<Scene, SceneError> {
 
 fn shape(inside: &str) -> Shape {
     let surface = "surface = { film = { thickness_nm = 300.0 } }";
-    object(&format!("shape = {inside}\n{surface}")).unwrap().objects[0].shape
+    object(&format!("shape = {inside}\n{surface}")).unwrap().objects[0].shape.clone()
 }
 
 fn surface(inside: &str) -> Result<Surface, SceneError> {

@@ -127,7 +127,9 @@ def draw(
             check_same(keep.path, keep.head)
         asked["keep"] = (keep.path, keep.head, keep.after_s, keep.resume)
     with watched(progress, "rendering") as tell:
-        xyz, planes, spectral, info = _core.render_scene(scene._core, asked, tell)
+        xyz, planes, spectral, info, notes = _core.render_scene(scene._core, asked, tell)
+    for note in notes:
+        warnings.warn(note, stacklevel=2)
     samples, seed, seconds, simd, threads = info
     # The scene as it was rendered: what it says can be rendered again.
     crop, shard = asked["crop"], asked["shard"]

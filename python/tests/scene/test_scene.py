@@ -193,7 +193,7 @@ def test_values_of_the_wrong_type_are_named(value, said):
         ({"light": np.zeros(10**9, dtype=np.int8)}, "at most 100000 entries", "light"),
         ({"light": [{"environment": None}]}, "light.0.environment must be a table", "light.0.environment"),
         ({"object": {"name": "bubble"}}, "[[object]]", "object"),
-        ({"object": [{}] * 10_001}, "at most 10000 tables", "object"),
+        ({"object": [{}] * 100_001}, "at most 100000 entries", "object"),
         ({"light": FULL["light"] * 129}, "at most 256 tables", "light"),
     ],
     ids=range(9),

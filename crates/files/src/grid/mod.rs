@@ -21,6 +21,7 @@ pub mod png_file;
 pub mod tiff_file;
 
 pub use exr_file::thickness_exr;
+pub use npy::decode_transforms;
 pub use plane::MapChoice;
 use plane::Samples;
 
@@ -109,6 +110,11 @@ impl Grid {
     /// What it takes in memory.
     pub fn bytes(&self) -> usize {
         size_of_val(self.values.thickness_nm())
+    }
+
+    /// Its values as they are: shares of 1 of whole numbers, and floats.
+    pub fn shares(&self) -> Arc<ThicknessMap> {
+        self.values.clone()
     }
 
     /// Its thicknesses; the error names the key at fault.

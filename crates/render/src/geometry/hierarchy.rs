@@ -66,6 +66,11 @@ impl Hierarchy {
         hierarchy
     }
 
+    /// The box around all.
+    pub fn bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+
     fn add(&mut self, of: &[&Tree], order: &[u32], at_leaf: &mut impl FnMut(&[u32]) -> (usize, usize)) -> u32 {
         let mut children: Vec<&Tree> = of.to_vec();
         while children.len() < WIDTH {
@@ -117,7 +122,7 @@ impl Hierarchy {
         }
         // From where the ray comes near: a camera far away would cost the boxes their precision.
         let start = self.entry(ray);
-        if start > limit {
+        if start > limit || start == f64::INFINITY {
             return;
         }
         let origin = ray.origin + ray.direction * start - self.center;

@@ -3,16 +3,22 @@
 //! A few shapes that formulas meet are asked one after the other; more of them, and anything else, stand in a hierarchy.
 //! A ray that starts on a surface leaves by its part and primitive: no offset, no lost or doubled hits.
 
+mod area;
 mod bounds;
 mod build;
+mod charts;
+mod cylinder;
 mod hierarchy;
+mod mesh;
 mod parts;
+mod patch;
 mod shape;
+mod world;
 
 use iridesce_numerics::Vec3;
 
-pub use self::parts::Geometry;
 pub use self::shape::{Shape, cone_density, cone_direction, frame};
+pub use self::world::Geometry;
 
 /// A place where a ray meets an object.
 #[derive(Debug, Clone, Copy)]
@@ -21,6 +27,8 @@ pub struct Hit {
     pub object: usize,
     /// Which of the parts that objects are made of: an instance, a wall.
     pub part: u32,
+    /// Which primitive of it: a triangle of a mesh, an end of a cylinder; else 0.
+    pub primitive: u32,
     /// Distance along the ray.
     pub distance: f64,
     pub point: Vec3,
@@ -28,10 +36,39 @@ pub struct Hit {
     pub normal: Vec3,
 }
 
+/// All that is known of a place that a ray has met: what maps, bumps and rough surfaces ask.
+#[derive(Debug, Clone, Copy)]
+#[allow(dead_code, reason = "what surfaces ask with; thickness maps and bumps need some of it")]
+pub struct Interaction {
+    /// Which object.
+    pub object: usize,
+    /// Which instance of it.
+    pub instance: u32,
+    /// Which primitive.
+    pub primitive: u32,
+    /// Distance along the ray.
+    pub distance: f64,
+    pub point: Vec3,
+    /// The same place in the space of the object's shape.
+    pub local: Vec3,
+    /// Unit normal of the surface itself, to its front.
+    pub normal: Vec3,
+    /// Unit normal by which light is mirrored and refracted, on the same side.
+    pub shading_normal: Vec3,
+    /// Unit vectors along u and at right angles to it; with the shading normal a right-handed frame.
+    pub frame: [Vec3; 2],
+    /// As maps are asked.
+    pub u: f64,
+    /// As maps are asked.
+    pub v: f64,
+    /// What the vertices around say of the film, nm; NaN where they say nothing.
+    pub thickness_nm: f64,
+}
+
 #[cfg(test)]
 impl Hit {
     /// A place on the one part of an object.
     pub fn on(object: usize, point: Vec3, normal: Vec3) -> Hit {
-        Hit { object, part: object as u32, distance: 1.0, point, normal }
+        Hit { object, part: object as u32, primitive: 0, distance: 1.0, point, normal }
     }
 }

@@ -1,122 +1,176 @@
 //! What objects are made of, and which of it a ray meets first.
 
+use std::sync::Arc;
+
 use fearless_simd::{Level, Simd, dispatch};
 use iridesce_numerics::{Vec3, simd};
+use iridesce_scene::{Affine, ResolvedScene, Shape as SceneShape};
 
+use super::bounds::Bounds;
+use super::cylinder::Cylinder;
 use super::hierarchy::{Hierarchy, Visit};
+use super::mesh::{Start, TriangleMesh};
+use super::patch::{Patch, patches};
 use super::{Hit, Shape};
 use crate::camera::Ray;
 
-/// So many shapes are asked one after the other; more of them stand in a hierarchy. Measured: `docs/evidence/performance.md`.
-const FEW: usize = 8;
-
-/// All that rays can meet.
-pub struct Geometry {
-    /// Of object i at index i.
-    shapes: Vec<Shape>,
-    /// Where there are many.
-    tree: Option<Tree>,
+/// Something that a ray meets, in the space of its object.
+pub enum Kind {
+    Shape(Shape),
+    Cylinder(Cylinder),
+    Patch(Patch),
+    Mesh(TriangleMesh),
 }
 
+/// One of the things of a scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Part {
+    pub object: u32,
+    pub kind: u32,
+    /// Which instance of its object.
+    pub instance: u32,
+    /// Where it is put, among the placements; [`STAYS`] for what stays where it is.
+    pub placement: u32,
+}
+
+/// Of parts that are in the world already.
+pub const STAYS: u32 = u32::MAX;
+
 /// Parts in a hierarchy.
-struct Tree {
+pub struct Tree {
     level: Level,
     hierarchy: Hierarchy,
     /// Parts in the order of the hierarchy's leaves.
     order: Vec<u32>,
     /// Parts without an end.
-    unbounded: Vec<u32>,
+    pub unbounded: Vec<u32>,
+    pub parts: Vec<Part>,
+    pub kinds: Vec<Kind>,
+    /// From the world to the space of the object.
+    pub to_object: Vec<Affine>,
 }
 
-impl Geometry {
-    pub fn new(shapes: Vec<Shape>) -> Geometry {
-        Geometry::of_shapes(shapes, FEW)
+/// A simple shape where a map puts it, if it is one of the same kind there.
+pub fn placed(shape: &SceneShape, by: &Affine) -> Option<Shape> {
+    if *by == Affine::IDENTITY {
+        return Shape::of_scene(shape);
     }
-
-    /// With a hierarchy where there are more than `few` shapes.
-    pub fn of_shapes(shapes: Vec<Shape>, few: usize) -> Geometry {
-        let tree = (shapes.len() > few).then(|| Tree::new(&shapes));
-        Geometry { shapes, tree }
-    }
-
-    /// The nearest hit of a ray; `leaving` is where it starts, if that is on a surface.
-    #[inline(always)]
-    pub fn nearest(&self, ray: &Ray, leaving: Option<&Hit>) -> Option<Hit> {
-        let part = leaving.map(|hit| hit.part);
-        if let Some(tree) = &self.tree {
-            return tree.nearest(&self.shapes, ray, part, None);
+    let back = by.inverse()?;
+    let turned = |normal: [f64; 3]| Vec3::from(back.transposed(normal)).normalized().to_array();
+    match *shape {
+        SceneShape::Sphere { center, radius } => {
+            Shape::of_scene(&SceneShape::Sphere { center: by.point(center), radius: radius * by.similarity()? })
         }
-        self.nearest_of_few(ray, part, |_| true)
-    }
-
-    /// [`Geometry::nearest`] among some of the objects only.
-    pub fn nearest_of(&self, ray: &Ray, leaving: Option<&Hit>, counts: &dyn Fn(usize) -> bool) -> Option<Hit> {
-        let part = leaving.map(|hit| hit.part);
-        match &self.tree {
-            Some(tree) => tree.nearest(&self.shapes, ray, part, Some(counts)),
-            None => self.nearest_of_few(ray, part, counts),
-        }
-    }
-
-    #[inline(always)]
-    fn nearest_of_few(&self, ray: &Ray, leaving: Option<u32>, counts: impl Fn(usize) -> bool) -> Option<Hit> {
-        let mut best: Option<(usize, f64)> = None;
-        for (object, shape) in self.shapes.iter().enumerate() {
-            if counts(object)
-                && let Some(distance) = shape.distance(ray, leaving == Some(object as u32))
-                && best.is_none_or(|(_, d)| distance < d)
+        SceneShape::Rectangle { center, u, v } => {
+            let moved = SceneShape::Rectangle { center: by.point(center), u: by.vector(u), v: by.vector(v) };
+            let mut shape = Shape::of_scene(&moved)?;
+            if let Shape::Rectangle { normal, .. } = &mut shape
+                && by.determinant() < 0.0
             {
-                best = Some((object, distance));
+                // The front stays the front in a mirror.
+                *normal = -*normal;
             }
+            Some(shape)
         }
-        best.map(|(object, distance)| hit_of(&self.shapes, object, ray, distance))
+        SceneShape::Disk { center, normal, radius } => Shape::of_scene(&SceneShape::Disk {
+            center: by.point(center),
+            normal: turned(normal),
+            radius: radius * by.similarity()?,
+        }),
+        SceneShape::Plane { point, normal } => {
+            Shape::of_scene(&SceneShape::Plane { point: by.point(point), normal: turned(normal) })
+        }
+        SceneShape::Cap { center, axis, radius_of_curvature, aperture_radius } => {
+            let scale = by.similarity()?;
+            Shape::of_scene(&SceneShape::Cap {
+                center: by.point(center),
+                axis: turned(axis),
+                radius_of_curvature: radius_of_curvature * scale,
+                aperture_radius: aperture_radius * scale,
+            })
+        }
+        _ => None,
     }
-
-    /// A direction from `origin` to a random place of an object, and its probability per solid angle. `None` for what is
-    /// not drawn from: planes and caps, and spheres from within.
-    #[inline(always)]
-    pub fn draw(&self, object: usize, origin: Vec3, pair: (f64, f64)) -> Option<(Vec3, f64)> {
-        self.shapes[object].draw(origin, pair)
-    }
-
-    /// The probability per solid angle with which [`Geometry::draw`] finds a place of the object, 0 where it never does.
-    #[inline(always)]
-    pub fn density(&self, object: usize, origin: Vec3, place: Vec3) -> f64 {
-        self.shapes[object].density(origin, place)
-    }
-
-    /// The normals of the planes among the objects that count.
-    pub fn plane_normals(&self, counts: impl Fn(usize) -> bool) -> Vec<Vec3> {
-        let normal = |(object, shape): (usize, &Shape)| match shape {
-            Shape::Plane { normal, .. } if counts(object) => Some(*normal),
-            _ => None,
-        };
-        self.shapes.iter().enumerate().filter_map(normal).collect()
-    }
-
-    /// Whether an object has an inside by itself.
-    pub fn is_closed(&self, object: usize) -> bool {
-        matches!(self.shapes[object], Shape::Sphere { .. } | Shape::Plane { .. })
-    }
-}
-
-#[inline(always)]
-fn hit_of(shapes: &[Shape], object: usize, ray: &Ray, distance: f64) -> Hit {
-    let (point, normal) = shapes[object].at(ray, distance);
-    Hit { object, part: object as u32, distance, point, normal }
 }
 
 impl Tree {
-    fn new(shapes: &[Shape]) -> Tree {
-        let (mut boxes, mut bounded, mut unbounded) = (Vec::new(), Vec::new(), Vec::new());
-        for (part, shape) in shapes.iter().enumerate() {
-            match shape.bounds() {
-                Some(bounds) => {
-                    boxes.push(bounds);
-                    bounded.push(part as u32);
+    pub fn of_scene(scene: &ResolvedScene) -> Tree {
+        let (mut parts, mut kinds, mut to_object) = (Vec::new(), Vec::new(), Vec::new());
+        let mut meshes: Vec<(*const iridesce_files::Mesh, u32)> = Vec::new();
+        for (number, object) in scene.recipe.objects.iter().enumerate() {
+            let first = kinds.len() as u32;
+            // What all instances of it share, made when it is needed.
+            let mut own: Option<Vec<u32>> = None;
+            for (instance, by) in scene.placements(number).iter().enumerate() {
+                let mut add = |kind: u32, placement: u32| {
+                    parts.push(Part { object: number as u32, kind, instance: instance as u32, placement });
+                };
+                if let Some(shape) = placed(&object.shape, by) {
+                    kinds.push(Kind::Shape(shape));
+                    add(kinds.len() as u32 - 1, STAYS);
+                    continue;
                 }
-                None => unbounded.push(part as u32),
+                let shared = own.get_or_insert_with(|| match &object.shape {
+                    SceneShape::Mesh(_) => {
+                        let Some(mesh) = scene.mesh(number) else { return Vec::new() };
+                        let address = Arc::as_ptr(mesh);
+                        if let Some((_, kind)) = meshes.iter().find(|(known, _)| *known == address) {
+                            return vec![*kind];
+                        }
+                        kinds.push(Kind::Mesh(TriangleMesh::new(mesh.clone())));
+                        meshes.push((address, kinds.len() as u32 - 1));
+                        vec![kinds.len() as u32 - 1]
+                    }
+                    SceneShape::Bubbles(balls) => {
+                        kinds.extend(patches(balls).into_iter().map(Kind::Patch));
+                        (first..kinds.len() as u32).collect()
+                    }
+                    SceneShape::Cylinder { center, axis, radius, height, is_open } => {
+                        kinds.push(Kind::Cylinder(Cylinder {
+                            center: (*center).into(),
+                            axis: (*axis).into(),
+                            radius: *radius,
+                            half_height: 0.5 * height,
+                            is_open: *is_open,
+                        }));
+                        vec![kinds.len() as u32 - 1]
+                    }
+                    simple => {
+                        kinds.extend(Shape::of_scene(simple).map(Kind::Shape));
+                        (first..kinds.len() as u32).collect()
+                    }
+                });
+                let placement = if *by == Affine::IDENTITY {
+                    STAYS
+                } else {
+                    // A map without a way back was refused with the scene.
+                    to_object.push(by.inverse().unwrap_or_default());
+                    to_object.len() as u32 - 1
+                };
+                for &kind in shared.iter() {
+                    add(kind, placement);
+                }
             }
+        }
+        Tree::new(parts, kinds, to_object)
+    }
+
+    pub fn new(parts: Vec<Part>, kinds: Vec<Kind>, to_object: Vec<Affine>) -> Tree {
+        let (mut boxes, mut bounded, mut unbounded) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, part) in parts.iter().enumerate() {
+            let own = match &kinds[part.kind as usize] {
+                Kind::Shape(shape) => shape.bounds(),
+                Kind::Cylinder(cylinder) => Some(cylinder.bounds()),
+                Kind::Patch(patch) => Some(patch.bounds()),
+                Kind::Mesh(mesh) => Some(*mesh.bounds()),
+            };
+            let Some(own) = own else {
+                unbounded.push(number as u32);
+                continue;
+            };
+            let back = to_object.get(part.placement as usize).and_then(Affine::inverse);
+            boxes.push(back.map_or(own, |by| Bounds::of(own.corners().map(|corner| by.point(corner)))));
+            bounded.push(number as u32);
         }
         let mut order = Vec::with_capacity(bounded.len());
         let hierarchy = Hierarchy::new(boxes.into_iter(), |numbers| {
@@ -124,109 +178,165 @@ impl Tree {
             order.extend(numbers.iter().map(|&number| bounded[number as usize]));
             (first, numbers.len())
         });
-        Tree { level: simd::level_or_best(), hierarchy, order, unbounded }
+        Tree { level: simd::level_or_best(), hierarchy, order, unbounded, parts, kinds, to_object }
     }
 
     #[inline(never)]
-    fn nearest(
-        &self,
-        shapes: &[Shape],
-        ray: &Ray,
-        leaving: Option<u32>,
-        counts: Option<&dyn Fn(usize) -> bool>,
-    ) -> Option<Hit> {
-        let mut search = Search { tree: self, shapes, ray, leaving, counts, best: None };
-        let limit = self.unbounded.iter().fold(f64::INFINITY, |limit, &part| search.meet(part, limit));
-        dispatch!(self.level, simd => self.hierarchy.walk(simd, ray, limit, &mut search));
-        search.best.map(|(part, distance)| hit_of(shapes, part as usize, ray, distance))
+    pub fn nearest(&self, ray: &Ray, leaving: Option<&Hit>, counts: Option<&dyn Fn(usize) -> bool>) -> Option<Hit> {
+        let mut search = Search { tree: self, ray, leaving, counts, best: None };
+        dispatch!(self.level, simd => search.run(simd));
+        search.best.map(|best| self.hit(ray, &best))
+    }
+
+    /// The hit that a search has found.
+    fn hit(&self, ray: &Ray, best: &Best) -> Hit {
+        let part = &self.parts[best.part as usize];
+        let to_object = self.to_object.get(part.placement as usize);
+        let (own, distance) = match to_object {
+            None => (*ray, best.distance),
+            Some(by) => in_object(ray, by, best.distance),
+        };
+        let point = own.origin + own.direction * distance;
+        let (point, normal) = match &self.kinds[part.kind as usize] {
+            Kind::Shape(shape) => shape.at(&own, distance),
+            Kind::Cylinder(cylinder) => cylinder.at(point, best.primitive),
+            Kind::Patch(patch) => patch.at(&own, distance),
+            Kind::Mesh(mesh) => (mesh.onto(best.primitive, point), mesh.normal(best.primitive)),
+        };
+        let (point, normal) = match to_object {
+            None => (point, normal),
+            Some(by) => {
+                let there = by.inverse().unwrap_or_default();
+                (there.moved(point), Vec3::from(by.transposed(normal.to_array())).normalized())
+            }
+        };
+        Hit {
+            object: part.object as usize,
+            part: best.part,
+            primitive: best.primitive,
+            distance: best.distance,
+            point,
+            normal,
+        }
+    }
+
+    pub fn first_part(&self, object: usize) -> Option<&Part> {
+        // Parts stand in the order of their objects.
+        let at = self.parts.partition_point(|part| (part.object as usize) < object);
+        self.parts.get(at).filter(|part| part.object as usize == object)
+    }
+
+    /// The parts of an object.
+    pub fn parts_of(&self, object: u32) -> std::ops::Range<usize> {
+        self.parts.partition_point(|part| part.object < object)
+            ..self.parts.partition_point(|part| part.object <= object)
+    }
+
+    /// The shape of an object that is one simple shape in the world.
+    pub fn only_shape(&self, object: usize) -> Option<&Shape> {
+        let range = self.parts_of(object as u32);
+        if range.len() != 1 {
+            return None;
+        }
+        self.simple(range.start as u32).map(|(_, shape)| shape)
+    }
+
+    pub fn simple(&self, part: u32) -> Option<(usize, &Shape)> {
+        let part = &self.parts[part as usize];
+        match &self.kinds[part.kind as usize] {
+            Kind::Shape(shape) if part.placement == STAYS => Some((part.object as usize, shape)),
+            _ => None,
+        }
     }
 }
 
+/// A ray and a distance along it, as an object sees them.
+#[inline(always)]
+fn in_object(ray: &Ray, by: &Affine, distance: f64) -> (Ray, f64) {
+    let direction = by.turned(ray.direction);
+    let scale = direction.length_squared().sqrt();
+    (Ray { origin: by.moved(ray.origin), direction: direction * (1.0 / scale) }, distance * scale)
+}
+
 /// The nearest so far.
+#[derive(Debug, Clone, Copy)]
+struct Best {
+    part: u32,
+    primitive: u32,
+    distance: f64,
+}
+
 struct Search<'a> {
     tree: &'a Tree,
-    shapes: &'a [Shape],
     ray: &'a Ray,
-    leaving: Option<u32>,
+    leaving: Option<&'a Hit>,
     counts: Option<&'a dyn Fn(usize) -> bool>,
-    best: Option<(u32, f64)>,
+    best: Option<Best>,
 }
 
 impl Search<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(&mut self, simd: S) {
+        let tree = self.tree;
+        let mut limit = f64::INFINITY;
+        for &part in &tree.unbounded {
+            limit = self.meet(simd, part, limit);
+        }
+        tree.hierarchy.walk(simd, self.ray, limit, self);
+    }
+
     /// Meets one part; of two at the same distance the first of the scene is nearer, whatever the order here.
     #[inline(always)]
-    fn meet(&mut self, part: u32, limit: f64) -> f64 {
-        if self.counts.is_some_and(|counts| !counts(part as usize)) {
+    fn meet<S: Simd>(&mut self, simd: S, number: u32, limit: f64) -> f64 {
+        let tree = self.tree;
+        let part = &tree.parts[number as usize];
+        if self.counts.is_some_and(|counts| !counts(part.object as usize)) {
             return limit;
         }
-        match self.shapes[part as usize].distance(self.ray, self.leaving == Some(part)) {
-            Some(distance)
-                if distance < limit
-                    || distance == limit && self.best.is_some_and(|(best, d)| d == distance && part < best) =>
-            {
-                self.best = Some((part, distance));
-                distance
+        let leaving = self.leaving.filter(|hit| hit.part == number).map(|hit| hit.primitive);
+        let to_object = tree.to_object.get(part.placement as usize);
+        let (own, own_limit) = match to_object {
+            None => (*self.ray, limit),
+            // A little more: what comes back is compared here.
+            Some(by) => in_object(self.ray, by, limit * (1.0 + 4.0 * f64::EPSILON)),
+        };
+        let found = match &tree.kinds[part.kind as usize] {
+            Kind::Shape(shape) => shape.distance(&own, leaving.is_some()).map(|distance| (distance, 0)),
+            Kind::Cylinder(cylinder) => cylinder.nearest(&own, leaving),
+            Kind::Patch(patch) => patch.nearest(&own, leaving.is_some()).map(|distance| (distance, 0)),
+            Kind::Mesh(mesh) => {
+                let start = leaving.map(|triangle| {
+                    // What the way from the world costs in digits.
+                    let size = to_object.map_or(0.0, |by| {
+                        let most = |v: [f64; 3]| v.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+                        by.stretch() * most(self.ray.origin.to_array()) + most(by.rows.map(|row| row[3]))
+                    });
+                    Start { triangle, slack: mesh.slack(size) }
+                });
+                mesh.nearest(simd, &own, own_limit, start).map(|met| (met.distance, met.triangle))
             }
-            _ => limit,
+        };
+        let Some((distance, primitive)) = found else { return limit };
+        let distance = match to_object {
+            None => distance,
+            Some(by) => distance / by.turned(self.ray.direction).length_squared().sqrt(),
+        };
+        let is_nearer = distance < limit
+            || distance == limit && self.best.is_some_and(|best| best.distance == distance && number < best.part);
+        if !is_nearer {
+            return limit;
         }
+        self.best = Some(Best { part: number, primitive, distance });
+        distance
     }
 }
 
 impl Visit for Search<'_> {
     #[inline(always)]
-    fn leaf<S: Simd>(&mut self, _: S, first: usize, count: usize, mut limit: f64) -> f64 {
+    fn leaf<S: Simd>(&mut self, simd: S, first: usize, count: usize, mut limit: f64) -> f64 {
         for at in first..first + count {
-            limit = self.meet(self.tree.order[at], limit);
+            limit = self.meet(simd, self.tree.order[at], limit);
         }
         limit
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use iridesce_numerics::noise::SplitMix64;
-
-    use super::*;
-
-    /// The hierarchy answers as the list does, to the last digit, from outside, from within and from surfaces.
-    #[test]
-    fn a_hierarchy_and_a_list_are_one() {
-        let mut noise = SplitMix64::new(7);
-        let mut draw = move || 2.0 * noise.unit() - 1.0;
-        let mut point = |reach: f64| Vec3::new(reach * draw(), reach * draw(), reach * draw());
-        let mut shapes: Vec<Shape> = Vec::new();
-        for i in 0..400 {
-            let center = point(10.0).to_array();
-            let other = point(1.0).normalized().to_array();
-            shapes.push(Shape::new(&match i % 4 {
-                0 => iridesce_scene::Shape::Sphere { center, radius: 0.3 + other[0].abs() },
-                1 => iridesce_scene::Shape::Disk { center, normal: other, radius: 0.8 },
-                2 => {
-                    iridesce_scene::Shape::Cap { center, axis: other, radius_of_curvature: -2.0, aperture_radius: 1.5 }
-                }
-                _ => iridesce_scene::Shape::Rectangle { center, u: other, v: [other[1], -other[0], 0.1] },
-            }));
-        }
-        let ground = iridesce_scene::Shape::Plane { point: [0.0, -9.0, 0.0], normal: [0.0, 1.0, 0.0] };
-        shapes.insert(200, Shape::new(&ground));
-        let (flat, tree) = (Geometry::of_shapes(shapes.clone(), usize::MAX), Geometry::new(shapes));
-        let (mut hits, mut far) = (0, 0);
-        for i in 0..4000 {
-            // Some from very far away, some along an axis.
-            let reach = if i % 5 == 0 { 1e7 } else { 12.0 };
-            let (origin, target) = (point(reach), point(9.0));
-            let direction = if i % 7 == 0 { Vec3::new(0.0, 0.0, -1.0) } else { (target - origin).normalized() };
-            let (mut ray, mut from) = (Ray { origin, direction }, None);
-            for _ in 0..20 {
-                let (a, b) = (flat.nearest(&ray, from.as_ref()), tree.nearest(&ray, from.as_ref()));
-                let key = |hit: &Hit| (hit.object, hit.distance.to_bits(), hit.point.to_array().map(f64::to_bits));
-                assert_eq!(a.as_ref().map(key), b.as_ref().map(key));
-                let Some(hit) = a else { break };
-                hits += 1;
-                far += usize::from(reach > 1e6);
-                (ray.origin, from) = (hit.point, Some(hit));
-            }
-        }
-        assert!(hits > 5000 && far > 1000, "{hits} {far}");
     }
 }

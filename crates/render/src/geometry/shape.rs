@@ -45,8 +45,10 @@ pub enum Shape {
 }
 
 impl Shape {
-    pub fn new(shape: &SceneShape) -> Shape {
-        match *shape {
+    /// A shape of a scene that formulas meet; `None` for the others.
+    pub fn of_scene(shape: &SceneShape) -> Option<Shape> {
+        Some(match *shape {
+            SceneShape::Cylinder { .. } | SceneShape::Mesh(_) | SceneShape::Bubbles(_) => return None,
             SceneShape::Sphere { center, radius } => {
                 Shape::Sphere { center: center.into(), radius, per_radius: 1.0 / radius }
             }
@@ -81,7 +83,13 @@ impl Shape {
                     side,
                 }
             }
-        }
+        })
+    }
+
+    /// [`Shape::of_scene`] of a shape that is one.
+    #[cfg(test)]
+    pub fn new(shape: &SceneShape) -> Shape {
+        Shape::of_scene(shape).unwrap()
     }
 
     /// A direction from `origin` to a random place of the shape, and its probability per solid angle. `None` for what
@@ -171,6 +179,23 @@ impl Shape {
                 (place.length_squared() <= *radius2).then_some(distance)
             }
             Shape::Plane { point, normal } => level(*point, *normal, ray),
+        }
+    }
+
+    /// All crossings of spheres, caps and disks, ahead or behind; the one at zero of a ray that leaves is behind.
+    pub fn crossings(&self, ray: &Ray, leaving: bool, mut found: impl FnMut(f64)) {
+        match self {
+            Shape::Sphere { center, radius, .. } => {
+                chord(*center, *radius, ray, leaving).into_iter().flatten().for_each(found);
+            }
+            Shape::Cap { center, radius, bulge, rim, .. } => {
+                for distance in chord(*center, *radius, ray, leaving).into_iter().flatten() {
+                    if (ray.origin + ray.direction * distance - *center).dot(*bulge) >= *rim {
+                        found(distance);
+                    }
+                }
+            }
+            _ => self.distance(ray, leaving).into_iter().for_each(found),
         }
     }
 

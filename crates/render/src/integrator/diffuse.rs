@@ -72,7 +72,7 @@ impl Tracer<'_> {
     #[inline(always)]
     fn reflect_diffusely<S: Simd>(&mut self, simd: S, path: &mut Path, number: usize) -> f32 {
         let mut luminance = f32x16::splat(simd, 0.0);
-        let rgb = self.scene.reflectance_maps[number].as_ref().map(|map| map.at(path.hit.point.to_array()));
+        let rgb = self.scene.reflectance_at(number, &path.hit);
         let rgb = rgb.map(|rgb| rgb.map(|value| f32x16::splat(simd, value as f32)));
         for block in 0..self.blocks {
             let (s_at, p_at) = (self.at(path.slot, 0, block), self.at(path.slot, 1, block));

@@ -12,12 +12,13 @@ use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 
 use super::escape::Share;
-use super::{Path, Scattered, Sums, Target, Tracer};
+use super::{Path, Scattered, Sums, Target, Tracer, shading_normal};
 use crate::camera::Ray;
 use crate::failure::PathFailure;
 use crate::geometry::{Hit, cone_density, cone_direction};
 use crate::lights::Source;
 use crate::lights::chooser::{FEW, LightId, PICKS, pick};
+use crate::medium_stack::MediumStack;
 use crate::prepare::Material;
 use crate::sampler::Choices;
 
@@ -152,15 +153,26 @@ impl Tracer<'_> {
         }
         let scene = self.scene;
         let mut left = distance;
-        let mut next = scene.geometry.nearest(&Ray { origin: path.hit.point, direction }, Some(&path.hit));
-        // Not before it is known that anything at all comes from there.
-        if !self.may_arrive(next.as_ref(), light, left) {
+        let mut medium = path.medium;
+        let mut next = self.next_that_is_there(&path.hit, direction, &mut medium);
+        // Not before it is known that anything at all comes from there; beyond the surface others may be hidden.
+        let mut arrives = self.may_arrive(next.as_ref(), light, left);
+        if !arrives && !scene.has_priorities {
             return;
         }
         let Some(slot) = self.free.pop() else { unreachable!("one slot is kept for this") };
         let mut way = *path;
         if let Some(value) = scatters.evaluate(simd, self, &mut way, direction, slot) {
-            loop {
+            if scene.has_priorities {
+                if way.medium != path.medium {
+                    // It passed the surface: what is hidden from there may be another.
+                    medium = way.medium;
+                    next = self.next_that_is_there(&path.hit, direction, &mut medium);
+                    arrives = self.may_arrive(next.as_ref(), light, left);
+                }
+                way.medium = medium;
+            }
+            while arrives {
                 match next {
                     Some(film) if film.distance < left && self.is_film(&film) => {
                         left -= film.distance;
@@ -173,13 +185,31 @@ impl Tracer<'_> {
                         break;
                     }
                 }
-                next = scene.geometry.nearest(&Ray { origin: way.hit.point, direction }, Some(&way.hit));
-                if !self.may_arrive(next.as_ref(), light, left) {
-                    break;
-                }
+                let from = way.hit;
+                next = self.next_that_is_there(&from, direction, &mut way.medium);
+                arrives = self.may_arrive(next.as_ref(), light, left);
             }
         }
         self.free.push(slot);
+    }
+
+    /// What a ray from a surface meets next, straight through surfaces that a stronger medium hides; `medium` becomes what
+    /// is around it there.
+    #[inline(always)]
+    fn next_that_is_there(&self, from: &Hit, direction: Vec3, medium: &mut MediumStack) -> Option<Hit> {
+        let scene = self.scene;
+        let mut next = scene.geometry.nearest(&Ray { origin: from.point, direction }, Some(from));
+        if scene.has_priorities {
+            while let Some(hit) = next
+                && let Some(behind) = scene.behind_hidden(&hit, direction, *medium)
+            {
+                *medium = behind;
+                next = scene.geometry.nearest(&Ray { origin: hit.point, direction }, Some(&hit));
+                // As far as from the surface.
+                next = next.map(|beyond| Hit { distance: beyond.distance + hit.distance, ..beyond });
+            }
+        }
+        next
     }
 
     #[inline(always)]
@@ -203,12 +233,12 @@ impl Tracer<'_> {
     #[inline(always)]
     fn pass_film<S: Simd>(&mut self, simd: S, way: &mut Path, next: Hit, slot: usize, choices: &mut Choices) -> bool {
         let Material::Film(film) = &self.scene.materials[next.object] else { return false };
-        if way.medium.innermost() != film.outside {
+        if way.medium.innermost() != film.outside && !self.scene.media.are_one(way.medium.innermost(), film.outside) {
             let (is_in, expected) = (way.medium.innermost(), film.outside);
             self.failure = Some(PathFailure::WrongMedium { object: next.object, is_in, expected });
             return false;
         }
-        let thickness = film.layer.thickness_nm(next.point);
+        let thickness = film.layer.thickness_nm(&self.scene.geometry, &next);
         if self.is_too_coarse(film.layer.path_nm(thickness)) {
             return false;
         }
@@ -218,6 +248,10 @@ impl Tracer<'_> {
             way.slot = slot;
         }
         way.hit = next;
+        if self.scene.geometry.is_shaded(next.object) {
+            // As what goes on by the surface's own branch meets it.
+            way.hit.normal = shading_normal(self.scene, way);
+        }
         if let Some(rough) = &film.rough {
             return simd.vectorize(
                 #[inline(always)]
@@ -225,7 +259,7 @@ impl Tracer<'_> {
             );
         }
         self.rotate_stokes_frame(simd, way);
-        let cos_theta = way.direction.dot(next.normal).abs().min(1.0) as f32;
+        let cos_theta = way.direction.dot(way.hit.normal).abs().min(1.0) as f32;
         let to = [Target::Nowhere, Target::Slot(slot)];
         // What it would be mirrored to is not looked at: the other branch does that.
         let mut unused = Sums([f32x16::splat(simd, 0.0); 3]);

@@ -49,6 +49,9 @@ const FAINT: f32 = 2e-4;
 /// without it a walk among perfect whites, or within perfect mirrors, would never end.
 const LATE_SURVIVAL: f32 = 0.95;
 
+/// Least cosine to the surface itself at which shading normals mirror.
+const LEAST_RISE: f64 = 0.01;
+
 /// Planes of incidence closer than this (sine of the angle between them) count as one: the second-order error is 1e-10.
 const SAME_PLANE: f64 = 1e-5;
 
@@ -93,6 +96,26 @@ enum Continuation {
     Emitter(usize, f32),
     /// It is absorbed.
     Absorbed,
+}
+
+/// The normal by which a surface mirrors a path: the shading normal, bent back as far as it takes for the mirrored path to
+/// leave on the side from which it came (A. Keller et al., "The iray light transport simulation and rendering system",
+/// arXiv:1705.01263, section A.3).
+#[inline(never)]
+fn shading_normal(scene: &Prepared, path: &Path) -> Vec3 {
+    let wanted = scene.geometry.interaction(&path.hit).shading_normal;
+    let (own, direction) = (path.hit.normal, path.direction);
+    let side = if direction.dot(own) < 0.0 { 1.0 } else { -1.0 };
+    let (facing, own_facing) = (wanted * side, own * side);
+    let mirror = direction - facing * (2.0 * direction.dot(facing));
+    let rise = mirror.dot(own_facing);
+    let least = LEAST_RISE.min(-direction.dot(own_facing));
+    if rise >= least && direction.dot(facing) < 0.0 {
+        return wanted;
+    }
+    let lifted = (mirror + own_facing * (least - rise).max(0.0)).normalized();
+    let bent = lifted - direction;
+    if bent.length_squared() < 1e-12 { own } else { bent.normalized() * side }
 }
 
 /// Where the spectra of a branch are written.
@@ -295,6 +318,12 @@ impl<'a> Tracer<'a> {
     fn scatter<S: Simd>(&mut self, simd: S, path: &mut Path, sums: &mut Sums<S>, choices: &mut Choices) -> bool {
         let scene = self.scene;
         self.attenuate(simd, path);
+        if scene.has_priorities && !self.pass_hidden(simd, path, sums) {
+            return false;
+        }
+        if scene.geometry.is_shaded(path.hit.object) {
+            path.hit.normal = shading_normal(scene, path);
+        }
         // Calls through `vectorize` are functions of their own: in one piece the compiler takes minutes over them.
         match scene.materials.get(path.hit.object) {
             Some(Material::Film(film)) => match &film.rough {
@@ -329,6 +358,33 @@ impl<'a> Tracer<'a> {
                 false
             }
         }
+    }
+
+    /// Takes a path straight through surfaces that are not there, since a stronger medium rules where they lie. False if it
+    /// ends behind them.
+    #[inline(never)]
+    fn pass_hidden<S: Simd>(&mut self, simd: S, path: &mut Path, sums: &mut Sums<S>) -> bool {
+        while let Some(behind) = self.scene.behind_hidden(&path.hit, path.direction, path.medium) {
+            path.medium = behind;
+            let scattered = self.scattered(path);
+            let continuation = self.continuation(&path.hit, path.direction, path.medium, scattered);
+            if let Continuation::Surface(next) = continuation {
+                path.hit = next;
+                self.attenuate(simd, path);
+                continue;
+            }
+            self.make_room(simd, 1);
+            let to = self.target(continuation, path.slot, path.direction, scattered);
+            let mut xyz = sums.0;
+            for block in 0..self.blocks {
+                let s = self.arena[self.at(path.slot, 0, block)].load(simd);
+                let p = self.arena[self.at(path.slot, 1, block)].load(simd);
+                xyz = self.splat(simd, to, block, s, p, xyz);
+            }
+            sums.0 = xyz;
+            return false;
+        }
+        true
     }
 
     /// Takes off what the medium absorbs on the way to the hit.
@@ -369,6 +425,12 @@ impl<'a> Tracer<'a> {
         scattered: Option<Scattered>,
     ) -> Continuation {
         let scene = self.scene;
+        if scene.geometry.is_shaded(hit.object)
+            && direction.dot(hit.normal) * direction.dot(scene.geometry.normal_at(hit)) <= 0.0
+        {
+            // Mirrored or refracted by the shading normal to the side of the surface where it cannot be.
+            return Continuation::Absorbed;
+        }
         let Some(next) = scene.geometry.nearest(&Ray { origin: hit.point, direction }, Some(hit)) else {
             return match self.spectra.lights.sun_at(direction) {
                 _ if self.is_dark(medium) => Continuation::Absorbed,

@@ -18,7 +18,7 @@ use crate::medium_stack::MediumStack;
 use crate::microfacet::{Microfacets, Wanderer};
 use crate::prepare::CoatedSurface;
 use crate::refraction::ratio;
-use crate::rough::{Frame, RoughSurface};
+use crate::rough::{Frame, RoughPlace, RoughSurface};
 use crate::sampler::Choices;
 
 /// After a rough hit a branch survives for certain down to this share of its luminance, as after a diffuse one.
@@ -199,8 +199,7 @@ impl<'a> Tracer<'a> {
         path.hits += 1;
         let thicknesses = std::mem::take(&mut self.thicknesses);
         let media = [&spectra.media[usize::from(medium.innermost())], &spectra.media[usize::from(sides.exit)]];
-        let facing = if path.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
-        let frame = rough.frame(hit.point, facing);
+        let RoughPlace { facets: spread, frame, facing } = rough.at(&self.scene.geometry, &hit, path.direction);
         let bands = &spectra.bands;
         let (mut band, mut thinned) = (path.band, None);
         let mut weights = std::mem::take(&mut self.thinned);
@@ -213,7 +212,7 @@ impl<'a> Tracer<'a> {
         let place = band.unwrap_or(bands.middle);
         let mut facets = Facets {
             ray: Wanderer::new(frame.local(path.direction)),
-            spread: rough.facets(hit.point),
+            spread,
             frame,
             facing,
             stack: Stack::Layers {

@@ -13,7 +13,7 @@ use crate::film::Beam;
 use crate::geometry::Hit;
 use crate::microfacet::Wanderer;
 use crate::prepare::FilmSurface;
-use crate::rough::RoughSurface;
+use crate::rough::{RoughPlace, RoughSurface};
 use crate::sampler::Choices;
 
 /// After a rough film a mirrored branch survives for certain down to this share of its luminance.
@@ -119,20 +119,19 @@ impl<'a> Tracer<'a> {
     #[inline(always)]
     fn film_facets(&mut self, path: &Path, hit: &Hit, film: &FilmSurface, rough: &RoughSurface) -> Option<Facets<'a>> {
         let is_in = path.medium.innermost();
-        if is_in != film.outside {
+        if is_in != film.outside && !self.scene.media.are_one(is_in, film.outside) {
             self.failure = Some(PathFailure::WrongMedium { object: hit.object, is_in, expected: film.outside });
             return None;
         }
-        let thickness = film.layer.thickness_nm(hit.point);
+        let thickness = film.layer.thickness_nm(&self.scene.geometry, hit);
         if self.is_too_coarse(film.layer.path_nm(thickness)) {
             return None;
         }
-        let facing = if path.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
-        let frame = rough.frame(hit.point, facing);
+        let RoughPlace { facets: spread, frame, facing } = rough.at(&self.scene.geometry, hit, path.direction);
         let table = &self.spectra.films[film.number];
         Some(Facets {
             ray: Wanderer::new(frame.local(path.direction)),
-            spread: rough.facets(hit.point),
+            spread,
             frame,
             facing,
             stack: Stack::Film { table, thickness_nm: thickness as f32 },

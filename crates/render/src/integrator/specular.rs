@@ -50,7 +50,7 @@ impl<'a> Tracer<'a> {
         choices: &mut Choices,
     ) -> bool {
         let Path { hit, direction, medium, .. } = *path;
-        if medium.innermost() != film.outside {
+        if medium.innermost() != film.outside && !self.scene.media.are_one(medium.innermost(), film.outside) {
             self.failure = Some(PathFailure::WrongMedium {
                 object: hit.object,
                 is_in: medium.innermost(),
@@ -58,7 +58,7 @@ impl<'a> Tracer<'a> {
             });
             return false;
         }
-        let thickness = film.layer.thickness_nm(hit.point);
+        let thickness = film.layer.thickness_nm(&self.scene.geometry, &hit);
         if self.is_too_coarse(film.layer.path_nm(thickness)) {
             return false;
         }
@@ -184,7 +184,7 @@ impl<'a> Tracer<'a> {
         let mut path_nm = 0.0;
         self.thicknesses.clear();
         for layer in &coating.layers {
-            let thickness = layer.thickness_nm(hit.point);
+            let thickness = layer.thickness_nm(&self.scene.geometry, hit);
             path_nm += layer.path_nm(thickness);
             self.thicknesses.push(thickness as f32);
         }

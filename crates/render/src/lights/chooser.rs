@@ -53,6 +53,11 @@ impl Extent {
         }
     }
 
+    /// Of a surface of any shape: its middle, the square of its radius, its area, of which about a quarter is seen.
+    pub fn around((center, radius2, area): (Vec3, f64, f64)) -> Extent {
+        Extent { center, radius2, area: 0.25 * area, normal: None }
+    }
+
     /// About the irradiance that radiance 1 makes at a place on what faces it.
     #[inline(always)]
     pub fn irradiance(&self, from: Vec3) -> f64 {

@@ -1,0 +1,251 @@
+//! glTF 2.0 and GLB, by `gltf`: the meshes of the default scene where its nodes put them.
+
+use gltf::buffer::Source;
+use gltf::mesh::Mode;
+use gltf::{Accessor, Document, Gltf, Node, Primitive};
+
+use iridesce_numerics::vector::cross;
+
+use super::triangles::{MAX_TRIANGLES, Mesh};
+
+/// Deepest tree of nodes.
+const DEEPEST: usize = 256;
+
+type Matrix = [[f64; 4]; 4];
+
+pub fn read(bytes: &[u8], beside: &dyn Fn(&str) -> Result<Vec<u8>, String>) -> Result<Mesh, String> {
+    let Gltf { document, blob } =
+        Gltf::from_slice(bytes).map_err(|error| format!("it is no glTF file that can be read: {error}"))?;
+    if document.extensions_used().any(|name| name == "KHR_draco_mesh_compression") {
+        return Err("it is compressed by Draco; save it without compression".into());
+    }
+    let buffers = buffers(&document, blob, beside)?;
+    let mut reader = Reader {
+        buffers: &buffers,
+        mesh: Mesh { is_in_metres: true, ..Mesh::default() },
+        carried: [None; 2],
+        met: vec![false; document.nodes().count()],
+    };
+    let scene = document.default_scene().or_else(|| document.scenes().next());
+    match scene {
+        Some(scene) => {
+            for node in scene.nodes() {
+                reader.node(&node, &IDENTITY, 0)?;
+            }
+        }
+        // A file without a scene is a shelf of meshes.
+        None => {
+            for mesh in document.meshes() {
+                reader.mesh(&mesh, &IDENTITY)?;
+            }
+        }
+    }
+    let mut mesh = reader.mesh;
+    if document.materials().next().is_some() {
+        mesh.notes.push("its own materials are left out: the scene says what the surface is".into());
+    }
+    for (what, is_there) in [
+        ("animations", document.animations().next().is_some()),
+        ("skins", document.skins().next().is_some()),
+        ("cameras", document.cameras().next().is_some()),
+    ] {
+        if is_there {
+            mesh.notes.push(format!("its {what} are left out"));
+        }
+    }
+    Ok(mesh)
+}
+
+fn buffers(
+    document: &Document,
+    blob: Option<Vec<u8>>,
+    beside: &dyn Fn(&str) -> Result<Vec<u8>, String>,
+) -> Result<Vec<Vec<u8>>, String> {
+    let mut blob = blob;
+    let mut all = Vec::new();
+    for buffer in document.buffers() {
+        let at = buffer.index();
+        let data = match buffer.source() {
+            Source::Bin => blob.take().ok_or_else(|| format!("buffer {at} is missing: the file has no binary part"))?,
+            Source::Uri(uri) => match uri.strip_prefix("data:") {
+                Some(inside) => decode_inside(inside).map_err(|why| format!("buffer {at} {why}"))?,
+                None => beside(uri).map_err(|why| format!("buffer {at} (\"{uri}\"): {why}"))?,
+            },
+        };
+        if data.len() < buffer.length() {
+            return Err(format!("buffer {at} declares {} bytes and has {}", buffer.length(), data.len()));
+        }
+        all.push(data);
+    }
+    Ok(all)
+}
+
+fn decode_inside(uri: &str) -> Result<Vec<u8>, String> {
+    use base64::Engine;
+    let Some((_, text)) = uri.split_once(";base64,") else { return Err("is a data URI without base64".into()) };
+    base64::engine::general_purpose::STANDARD.decode(text).map_err(|error| format!("is no base64: {error}"))
+}
+
+const IDENTITY: Matrix = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+
+/// The product of two matrices that are stored by columns, as glTF stores them.
+fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    std::array::from_fn(|column| std::array::from_fn(|row| (0..4).map(|k| a[k][row] * b[column][k]).sum()))
+}
+
+struct Reader<'a> {
+    buffers: &'a [Vec<u8>],
+    mesh: Mesh,
+    /// Whether every primitive so far has normals, and texture coordinates; `None` before the first.
+    carried: [Option<bool>; 2],
+    /// Nodes met so far.
+    met: Vec<bool>,
+}
+
+impl Reader<'_> {
+    fn node(&mut self, node: &Node<'_>, parent: &Matrix, depth: usize) -> Result<(), String> {
+        if depth > DEEPEST {
+            return Err(format!("its nodes are nested more than {DEEPEST} deep"));
+        }
+        // Nodes are a tree by the format's rule. Where one hangs below two others, a small file could hold 2^256 meshes.
+        if std::mem::replace(&mut self.met[node.index()], true) {
+            return Err(format!("its node {} hangs below more than one other", node.index()));
+        }
+        let own = node.transform().matrix().map(|column| column.map(f64::from));
+        let world = product(parent, &own);
+        if let Some(mesh) = node.mesh() {
+            self.mesh(&mesh, &world)?;
+        }
+        for child in node.children() {
+            self.node(&child, &world, depth + 1)?;
+        }
+        Ok(())
+    }
+
+    fn mesh(&mut self, mesh: &gltf::Mesh<'_>, world: &Matrix) -> Result<(), String> {
+        for primitive in mesh.primitives() {
+            self.primitive(&primitive, world)
+                .map_err(|why| format!("mesh {}, primitive {}: {why}", mesh.index(), primitive.index()))?;
+        }
+        Ok(())
+    }
+
+    fn primitive(&mut self, primitive: &Primitive<'_>, world: &Matrix) -> Result<(), String> {
+        let mode = primitive.mode();
+        if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+            self.mesh.notes.push("its points and lines are left out".into());
+            return Ok(());
+        }
+        for (_, accessor) in primitive.attributes() {
+            self.check(&accessor)?;
+        }
+        if let Some(indices) = primitive.indices() {
+            self.check(&indices)?;
+        }
+        let buffers = self.buffers;
+        let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(Vec::as_slice));
+        let positions: Vec<[f32; 3]> = reader.read_positions().ok_or("it has no positions")?.collect();
+        let count = positions.len();
+        let corners: Vec<u32> = match reader.read_indices() {
+            Some(indices) => indices.into_u32().collect(),
+            None => (0..count as u32).collect(),
+        };
+        let first = self.mesh.positions.len();
+        if first + count > MAX_TRIANGLES || self.mesh.triangles.len() + corners.len() > 3 * MAX_TRIANGLES {
+            return Err(format!("there are more than {MAX_TRIANGLES} triangles"));
+        }
+        if let Some(corner) = corners.iter().find(|&&corner| corner as usize >= count) {
+            return Err(format!("an index is {corner}, and there are {count} vertices"));
+        }
+        let normals: Option<Vec<[f32; 3]>> = reader.read_normals().map(Iterator::collect);
+        let uv: Option<Vec<[f32; 2]>> = reader.read_tex_coords(0).map(|uv| uv.into_f32().collect());
+        self.carry(0, normals.is_some(), "normals");
+        self.carry(1, uv.is_some(), "texture coordinates");
+
+        let mesh = &mut self.mesh;
+        let axes = [world[0], world[1], world[2]].map(|c| [c[0], c[1], c[2]]);
+        let apply = |v: [f64; 3]| -> [f64; 3] { std::array::from_fn(|row| (0..3).map(|k| axes[k][row] * v[k]).sum()) };
+        mesh.positions.extend(positions.iter().map(|p| {
+            let turned = apply(p.map(f64::from));
+            std::array::from_fn(|row| turned[row] + world[3][row])
+        }));
+        let cofactors = [cross(axes[1], axes[2]), cross(axes[2], axes[0]), cross(axes[0], axes[1])];
+        let is_mirrored = (0..3).map(|k| axes[0][k] * cofactors[0][k]).sum::<f64>() < 0.0;
+        // Normals go with the inverse transpose; where the nodes mirror, the winding turns and the normals with it.
+        let sign = if is_mirrored { -1.0 } else { 1.0 };
+        if let (Some(all), Some(own)) = (&mut mesh.normals, normals) {
+            all.extend(own.into_iter().map(|n| -> [f32; 3] {
+                std::array::from_fn(|row| {
+                    (sign * (0..3).map(|k| cofactors[k][row] * f64::from(n[k])).sum::<f64>()) as f32
+                })
+            }));
+        }
+        if let (Some(all), Some(own)) = (&mut mesh.uv, uv) {
+            // glTF counts v from the top of a picture.
+            all.extend(own.into_iter().map(|[u, v]| [u, 1.0 - v]));
+        }
+        let mut add = |a: u32, b: u32, c: u32| {
+            let [a, b, c] = [a, b, c].map(|corner| corner + first as u32);
+            mesh.triangles.push(if is_mirrored { [a, c, b] } else { [a, b, c] });
+        };
+        match mode {
+            Mode::Triangles => corners.chunks_exact(3).for_each(|c| add(c[0], c[1], c[2])),
+            Mode::TriangleStrip => (2..corners.len()).for_each(|k| {
+                let [a, b] = if k % 2 == 0 { [k - 2, k - 1] } else { [k - 1, k - 2] };
+                add(corners[a], corners[b], corners[k]);
+            }),
+            _ => (2..corners.len()).for_each(|k| add(corners[0], corners[k - 1], corners[k])),
+        }
+        Ok(())
+    }
+
+    /// Keeps a list of what all primitives carry; one that some lack is given up, and the mesh says so.
+    fn carry(&mut self, which: usize, has: bool, what: &str) {
+        match self.carried[which] {
+            None => {
+                self.carried[which] = Some(has);
+                match which {
+                    0 => self.mesh.normals = has.then(Vec::new),
+                    _ => self.mesh.uv = has.then(Vec::new),
+                }
+            }
+            Some(before) if before != has => {
+                match which {
+                    0 => self.mesh.normals = None,
+                    _ => self.mesh.uv = None,
+                }
+                let note = format!("some of its parts have {what} and some have none: all are left out");
+                if !self.mesh.notes.contains(&note) {
+                    self.mesh.notes.push(note);
+                }
+            }
+            Some(_) => {}
+        }
+    }
+
+    /// Whether what an accessor declares lies within its view, and the view within its buffer.
+    fn check(&self, accessor: &Accessor<'_>) -> Result<(), String> {
+        let at = accessor.index();
+        if accessor.count() == 0 {
+            return Err(format!("accessor {at} has no elements"));
+        }
+        if accessor.sparse().is_some() {
+            return Err(format!("accessor {at} is sparse, which is not read"));
+        }
+        let Some(view) = accessor.view() else { return Err(format!("accessor {at} has no buffer view")) };
+        let size = accessor.size() as u128;
+        let stride = view.stride().map_or(size, |stride| stride as u128);
+        if stride < size {
+            return Err(format!("accessor {at} has elements of {size} bytes every {stride} bytes"));
+        }
+        let end = accessor.offset() as u128 + stride * (accessor.count() as u128 - 1) + size;
+        if end > view.length() as u128 {
+            return Err(format!("accessor {at} needs {end} bytes of a buffer view that has {}", view.length()));
+        }
+        let held = self.buffers.get(view.buffer().index()).map_or(0, Vec::len) as u128;
+        if view.offset() as u128 + view.length() as u128 > held {
+            return Err(format!("buffer view {} ends beyond its buffer of {held} bytes", view.index()));
+        }
+        Ok(())
+    }
+}

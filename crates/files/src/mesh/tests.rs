@@ -1,0 +1,206 @@
+//! One tetrahedron in every format, and what a file may get wrong.
+
+use iridesce_numerics::vector::cross;
+
+use super::*;
+
+const POINTS: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+const FACES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+
+fn nowhere(name: &str) -> Result<Vec<u8>, String> {
+    Err(format!("no {name}"))
+}
+
+fn decode(bytes: &[u8], format: MeshFormat) -> Result<Mesh, String> {
+    decode_mesh(bytes, format, &nowhere)
+}
+
+fn obj() -> String {
+    let mut text = String::from("mtllib a.mtl\n");
+    POINTS.iter().for_each(|[x, y, z]| text += &format!("v {x} {y} {z}\n"));
+    FACES.iter().for_each(|[a, b, c]| text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1));
+    text
+}
+
+fn ply(extra: &str, value: &str) -> String {
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\n{extra}element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    );
+    POINTS.iter().for_each(|[x, y, z]| text += &format!("{x} {y} {z}{value}\n"));
+    FACES.iter().for_each(|[a, b, c]| text += &format!("3 {a} {b} {c}\n"));
+    text
+}
+
+fn binary_ply(is_big: bool) -> Vec<u8> {
+    let order = if is_big { "big" } else { "little" };
+    let mut bytes = format!("ply\nformat binary_{order}_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty float thickness_nm\nelement face 4\nproperty list uchar uint vertex_indices\nend_header\n").into_bytes();
+    let mut put = |word: u32| bytes.extend(if is_big { word.to_be_bytes() } else { word.to_le_bytes() });
+    POINTS.iter().for_each(|point| {
+        point.iter().for_each(|&c| put((c as f32).to_bits()));
+        put(320.5_f32.to_bits());
+    });
+    for corners in FACES {
+        bytes.push(3);
+        corners.iter().for_each(|&c| bytes.extend(if is_big { c.to_be_bytes() } else { c.to_le_bytes() }));
+    }
+    bytes
+}
+
+/// A glTF with its buffer inside; `node` goes into the node that holds the mesh.
+fn gltf(node: &str, count: usize) -> String {
+    use base64::Engine;
+    let mut buffer = Vec::new();
+    POINTS.iter().flatten().for_each(|&c| buffer.extend((c as f32).to_le_bytes()));
+    FACES.iter().flatten().for_each(|&c| buffer.extend((c as u16).to_le_bytes()));
+    let data = base64::engine::general_purpose::STANDARD.encode(&buffer);
+    format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0{node}}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
+        "buffers":[{{"byteLength":{},"uri":"data:application/octet-stream;base64,{data}"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":48}},{{"buffer":0,"byteOffset":48,"byteLength":24}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,1]}},
+                     {{"bufferView":1,"componentType":5123,"count":{count},"type":"SCALAR"}}]}}"#,
+        buffer.len()
+    )
+}
+
+#[test]
+fn every_format_holds_the_same_tetrahedron() {
+    let all = [
+        decode(obj().as_bytes(), MeshFormat::Obj).unwrap(),
+        decode(ply("", "").as_bytes(), MeshFormat::Ply).unwrap(),
+        decode(&binary_ply(false), MeshFormat::Ply).unwrap(),
+        decode(&binary_ply(true), MeshFormat::Ply).unwrap(),
+        decode(gltf("", 12).as_bytes(), MeshFormat::Gltf).unwrap(),
+    ];
+    for mesh in &all {
+        let corners = |mesh: &Mesh| -> Vec<[[f64; 3]; 3]> {
+            mesh.triangles.iter().map(|t| t.map(|corner| mesh.positions[corner as usize])).collect()
+        };
+        assert_eq!(corners(mesh), FACES.map(|face| face.map(|corner| POINTS[corner as usize])));
+        assert_eq!(mesh.open_edge(), None);
+    }
+    assert!(all[0].notes[0].contains("materials are left out") && all[1].notes.is_empty());
+    assert_eq!(all[2].thickness_nm.as_deref(), Some(&[320.5; 4][..]));
+    assert_eq!([all[0].is_in_metres, all[4].is_in_metres], [false, true]);
+}
+
+#[test]
+fn an_open_edge_is_named() {
+    let mut mesh = decode(obj().as_bytes(), MeshFormat::Obj).unwrap();
+    mesh.triangles.pop();
+    let edge = mesh.open_edge().unwrap();
+    assert_eq!((edge.triangle, edge.ends), (0, [POINTS[2], POINTS[1]]));
+    // A face turned over is as bad as one that is missing.
+    let mut turned = decode(obj().as_bytes(), MeshFormat::Obj).unwrap();
+    turned.triangles[3].swap(0, 1);
+    assert!(turned.open_edge().is_some());
+}
+
+#[test]
+fn polygons_become_fans_and_corners_keep_their_own_normals() {
+    let text =
+        "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 2\nf 1/1/1 2/2/1 3/3/1 4/4/1\n";
+    let mesh = decode(text.as_bytes(), MeshFormat::Obj).unwrap();
+    assert_eq!(mesh.triangles.len(), 2);
+    assert_eq!(mesh.normals.unwrap(), vec![[0.0, 0.0, 1.0]; 4]);
+    assert_eq!(mesh.uv.unwrap(), [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+}
+
+#[test]
+fn nodes_move_turn_and_mirror() {
+    let mesh = decode(gltf(r#","scale":[-2,1,1],"translation":[10,0,0]"#, 12).as_bytes(), MeshFormat::Gltf).unwrap();
+    assert_eq!(mesh.positions[1], [8.0, 0.0, 0.0]);
+    assert_eq!(mesh.open_edge(), None);
+    // The outside stays outside: the volume by the divergence theorem is positive.
+    let volume: f64 = mesh
+        .triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|corner| mesh.positions[corner as usize]);
+            let n = cross(b, c);
+            (a[0] * n[0] + a[1] * n[1] + a[2] * n[2]) / 6.0
+        })
+        .sum();
+    assert!((volume - 2.0 / 6.0).abs() < 1e-12, "{volume}");
+}
+
+#[test]
+fn what_a_file_gets_wrong_is_named() {
+    let cases: [(Vec<u8>, MeshFormat, &str); 12] = [
+        (b"v 0 0 0\n".to_vec(), MeshFormat::Obj, "no faces"),
+        (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n".to_vec(), MeshFormat::Obj, "no OBJ file"),
+        (b"v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n".to_vec(), MeshFormat::Obj, "vertex 1 lies at"),
+        (b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n".to_vec(), MeshFormat::Obj, "none of its 1 triangles has an area"),
+        (ply("", "").replace("3 0 2 1", "3 0 2 -1").into_bytes(), MeshFormat::Ply, "face 0 has a corner at vertex -1"),
+        (
+            ply("", "").replace("3 0 2 1", "3 0 2 7").into_bytes(),
+            MeshFormat::Ply,
+            "a corner at vertex 7, and there are 4",
+        ),
+        (ply("", "").replace("3 0 2 1", "2 0 2").into_bytes(), MeshFormat::Ply, "face 0 has 2 corners"),
+        (
+            ply("", "").replace("element face 4", "element face 1000000000").into_bytes(),
+            MeshFormat::Ply,
+            "declares 1000000000",
+        ),
+        (ply("property float thickness_nm\n", " -5").into_bytes(), MeshFormat::Ply, "thickness_nm of vertex 0"),
+        (binary_ply(false)[..250].to_vec(), MeshFormat::Ply, "no PLY file"),
+        (gltf("", 4000).into_bytes(), MeshFormat::Gltf, "needs 8000 bytes"),
+        (b"{}".to_vec(), MeshFormat::Gltf, "no glTF file"),
+    ];
+    for (bytes, format, words) in cases {
+        let error = decode(&bytes, format).unwrap_err();
+        assert!(error.contains(words), "{words}: {error}");
+    }
+    for children in ["[0]", "[1,1]", "[1,2]"] {
+        let more = format!(r#","children":{children}}},{{"children":[2]}},{{"mesh":0"#);
+        let error = decode(gltf(&more, 12).as_bytes(), MeshFormat::Gltf).unwrap_err();
+        assert!(error.contains("hangs below more than one other"), "{children}: {error}");
+    }
+    let elsewhere = gltf("", 12).replace("data:application", "../secret.bin?");
+    assert!(decode(elsewhere.as_bytes(), MeshFormat::Gltf).unwrap_err().contains("buffer 0"), "asked beside the file");
+    assert!(MeshFormat::of(Path::new("x.stl")).unwrap_err().contains(".obj, .ply, .gltf or .glb"));
+    assert_eq!(MeshFormat::of(Path::new("a/B.GLB")), Ok(MeshFormat::Gltf));
+}
+
+/// Every mutation of small seeds is refused in words or read; none may panic, hang or take memory.
+#[test]
+fn torn_and_mutated_files_are_refused_in_words() {
+    let seeds = [
+        (obj().into_bytes(), MeshFormat::Obj),
+        (binary_ply(false), MeshFormat::Ply),
+        (gltf("", 12).into_bytes(), MeshFormat::Gltf),
+    ];
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut draw = |n: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % n
+    };
+    let (mut read, mut refused) = (0, 0);
+    for (seed, format) in &seeds {
+        for _ in 0..600 {
+            let mut bytes = seed.clone();
+            for _ in 0..=draw(3) {
+                let at = draw(bytes.len());
+                match draw(4) {
+                    0 => bytes[at] = draw(256) as u8,
+                    1 => bytes.truncate(at.max(1)),
+                    2 => bytes.insert(at, b"0-9.e,\n\xff"[draw(8)]),
+                    _ => drop(bytes.remove(at.min(bytes.len() - 1))),
+                }
+                if bytes.is_empty() {
+                    bytes.push(0);
+                }
+            }
+            match decode(&bytes, *format) {
+                Ok(_) => read += 1,
+                Err(why) => {
+                    assert!(!why.is_empty());
+                    refused += 1;
+                }
+            }
+        }
+    }
+    assert!(read > 50 && refused > 500, "{read} {refused}");
+}

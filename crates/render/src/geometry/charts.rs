@@ -1,0 +1,159 @@
+//! u and v, tangents and shading normals of places that rays have met.
+
+use std::sync::Arc;
+
+use iridesce_numerics::Vec3;
+use iridesce_scene::{Affine, Chart, Heights, Mesh, ResolvedScene, Shape as SceneShape, UvMap};
+
+use super::parts::{Kind, Tree};
+use super::{Hit, Interaction, frame};
+
+/// Of the objects of a scene, in their order.
+#[derive(Default)]
+pub struct Charts {
+    objects: Vec<ObjectChart>,
+    /// One of them has shading normals of its own.
+    any_shaded: bool,
+}
+
+struct ObjectChart {
+    chart: Option<Chart>,
+    mesh: Option<Arc<Mesh>>,
+    uv: UvMap,
+    bump: Option<Heights>,
+    /// From the world to the space of the object, of each instance.
+    to_object: Vec<Affine>,
+    is_shaded: bool,
+}
+
+impl Charts {
+    pub fn new(scene: &ResolvedScene) -> Charts {
+        let objects: Vec<ObjectChart> = scene
+            .recipe
+            .objects
+            .iter()
+            .enumerate()
+            .map(|(number, object)| {
+                let mesh = scene.mesh(number).cloned();
+                let bump = scene.bump(number).cloned();
+                let placements = scene.placements(number);
+                let stays = matches!(placements, [only] if *only == Affine::IDENTITY);
+                ObjectChart {
+                    chart: (!matches!(object.shape, SceneShape::Mesh(_))).then(|| Chart::new(&object.shape)),
+                    is_shaded: bump.is_some() || mesh.as_ref().is_some_and(|mesh| mesh.normals.is_some()),
+                    mesh,
+                    uv: object.uv,
+                    bump,
+                    to_object: if stays {
+                        Vec::new()
+                    } else {
+                        placements.iter().map(|by| by.inverse().unwrap_or_default()).collect()
+                    },
+                }
+            })
+            .collect();
+        let any_shaded = objects.iter().any(|object| object.is_shaded);
+        Charts { objects, any_shaded }
+    }
+
+    #[inline(always)]
+    pub fn is_shaded(&self, object: usize) -> bool {
+        self.any_shaded && self.objects.get(object).is_some_and(|own| own.is_shaded)
+    }
+
+    pub fn interaction(&self, tree: Option<&Tree>, hit: &Hit) -> Interaction {
+        let (across, up) = frame(hit.normal);
+        let mut all = Interaction {
+            object: hit.object,
+            primitive: hit.primitive,
+            instance: 0,
+            distance: hit.distance,
+            point: hit.point,
+            local: hit.point,
+            normal: hit.normal,
+            shading_normal: hit.normal,
+            frame: [across, up],
+            u: 0.0,
+            v: 0.0,
+            thickness_nm: f64::NAN,
+        };
+        let Some(own) = self.objects.get(hit.object) else { return all };
+        let part = tree.map(|tree| &tree.parts[hit.part as usize]);
+        all.instance = part.map_or(0, |part| part.instance);
+        let to_object = own.to_object.get(all.instance as usize);
+        let place = to_object.map_or(hit.point, |by| by.moved(hit.point));
+        all.local = place;
+        let to_world = to_object.map(|by| by.inverse().unwrap_or_default());
+        let out = |v: Vec3| to_world.as_ref().map_or(v, |by| by.turned(v));
+        let mut tangents = None;
+        if let (Some(mesh), Some(Kind::Mesh(triangles))) =
+            (&own.mesh, part.and_then(|part| tree.map(|tree| &tree.kinds[part.kind as usize])))
+        {
+            let corners = mesh.triangles[hit.primitive as usize].map(|corner| corner as usize);
+            let [b, c] = triangles.shares(hit.primitive, place);
+            let shares = [1.0 - b - c, b, c];
+            let mixed = |value: &dyn Fn(usize) -> f64| (0..3).map(|k| shares[k] * value(corners[k])).sum::<f64>();
+            if let Some(normals) = &mesh.normals {
+                let n = Vec3::new(
+                    mixed(&|corner| f64::from(normals[corner][0])),
+                    mixed(&|corner| f64::from(normals[corner][1])),
+                    mixed(&|corner| f64::from(normals[corner][2])),
+                );
+                let n = to_object.map_or(n, |by| by.transposed(n.to_array()).into());
+                let n = n.normalized();
+                // A file's normals may run against its winding, and may cancel out.
+                let along = n.dot(hit.normal);
+                if along.is_finite() && along != 0.0 {
+                    all.shading_normal = n * along.signum();
+                }
+            }
+            if let Some(thickness_nm) = &mesh.thickness_nm {
+                all.thickness_nm = mixed(&|corner| f64::from(thickness_nm[corner]));
+            }
+            if let Some(uv) = &mesh.uv {
+                (all.u, all.v) = (mixed(&|corner| f64::from(uv[corner][0])), mixed(&|corner| f64::from(uv[corner][1])));
+                let [p, q, r] = triangles.corners(hit.primitive);
+                let [p_uv, q_uv, r_uv] = corners.map(|corner| uv[corner].map(f64::from));
+                let (q_u, q_v) = (q_uv[0] - p_uv[0], q_uv[1] - p_uv[1]);
+                let (r_u, r_v) = (r_uv[0] - p_uv[0], r_uv[1] - p_uv[1]);
+                let area = q_u * r_v - q_v * r_u;
+                if area != 0.0 {
+                    let (q, r) = (out(q - p), out(r - p));
+                    tangents = Some([(q * r_v - r * q_v) * (1.0 / area), (r * q_u - q * r_u) * (1.0 / area)]);
+                }
+            }
+        } else if let Some(chart) = &own.chart {
+            [all.u, all.v] = chart.uv(place.to_array());
+            tangents = Some(chart.tangents(place.to_array()).map(|v| out(v.into())));
+        }
+        [all.u, all.v] = own.uv.of([all.u, all.v]);
+        if let Some([along_u, along_v]) = tangents {
+            if let Some(heights) = &own.bump {
+                let scale = own.uv.scale;
+                let [slope_u, slope_v] = heights.slopes([all.u, all.v]);
+                let (slope_u, slope_v) = (slope_u * scale[0], slope_v * scale[1]);
+                let n = all.shading_normal;
+                let area = n.dot(along_u.cross(along_v));
+                if area != 0.0 {
+                    let gradient = (along_v.cross(n) * slope_u + n.cross(along_u) * slope_v) * (1.0 / area);
+                    let bent = (n - gradient).normalized();
+                    if bent.dot(hit.normal) > 0.0 {
+                        all.shading_normal = bent;
+                    }
+                }
+            }
+            // Along u, at right angles to the shading normal.
+            let n = all.shading_normal;
+            let along = along_u - n * n.dot(along_u);
+            let length2 = along.length_squared();
+            if length2 > 0.0 && length2.is_finite() {
+                let along = along * (1.0 / length2.sqrt());
+                all.frame = [along, n.cross(along)];
+                return all;
+            }
+        }
+        let (across, up) = frame(all.shading_normal);
+        all.frame = [across, up];
+        all
+    }
+}

@@ -1,0 +1,200 @@
+//! Triangles in a hierarchy of their own, in the space of their file.
+//!
+//! Boxes are f32, triangles f64, four side by side: the nearest crossing is exact enough to be the final point, and
+//! neighbours overlap by less than rounding shows, so that no ray slips between them.
+//! T. Moeller, B. Trumbore, "Fast, minimum storage ray-triangle intersection", J. Graphics Tools 2 (1997).
+
+use std::sync::Arc;
+
+use fearless_simd::{Simd, f64x4, prelude::*};
+use iridesce_files::Mesh;
+use iridesce_numerics::Vec3;
+use iridesce_numerics::vector::{cross, difference, length};
+
+use super::bounds::Bounds;
+use super::hierarchy::{Hierarchy, Visit};
+use crate::camera::Ray;
+
+/// By how much triangles reach beyond their edges, in their own coordinates: some hundred times the rounding of a crossing.
+const OVERLAP: f64 = 1e-13;
+
+/// Four triangles: a corner and the edges from it, by axis.
+#[derive(Debug, Clone)]
+struct Block {
+    corner: [[f64; 4]; 3],
+    first: [[f64; 4]; 3],
+    second: [[f64; 4]; 3],
+    triangles: [u32; 4],
+}
+
+/// A mesh that rays meet.
+#[derive(Debug, Clone)]
+pub struct TriangleMesh {
+    pub source: Arc<Mesh>,
+    hierarchy: Hierarchy,
+    blocks: Vec<Block>,
+    /// Largest coordinate.
+    reach: f64,
+}
+
+/// Where a ray meets a mesh: `first` and `second` are the shares of the corners after the first.
+#[derive(Debug, Clone, Copy)]
+pub struct Met {
+    pub triangle: u32,
+    pub distance: f64,
+}
+
+/// A triangle that a ray starts on, and how far rounding may have put the start from it.
+#[derive(Debug, Clone, Copy)]
+pub struct Start {
+    pub triangle: u32,
+    pub slack: f64,
+}
+
+impl TriangleMesh {
+    pub fn new(source: Arc<Mesh>) -> TriangleMesh {
+        let corners = |triangle: &[u32; 3]| triangle.map(|corner| source.positions[corner as usize]);
+        let mut blocks = Vec::new();
+        let boxes = source.triangles.iter().map(|triangle| Bounds::of(corners(triangle)));
+        let hierarchy = Hierarchy::new(boxes, |numbers| {
+            let mut block =
+                Block { corner: [[0.0; 4]; 3], first: [[0.0; 4]; 3], second: [[0.0; 4]; 3], triangles: [u32::MAX; 4] };
+            for (lane, &number) in numbers.iter().enumerate() {
+                let [a, b, c] = corners(&source.triangles[number as usize]);
+                block.triangles[lane] = number;
+                for axis in 0..3 {
+                    block.corner[axis][lane] = a[axis];
+                    block.first[axis][lane] = b[axis] - a[axis];
+                    block.second[axis][lane] = c[axis] - a[axis];
+                }
+            }
+            blocks.push(block);
+            (blocks.len() - 1, 1)
+        });
+        let reach = source.positions.iter().flatten().fold(0.0_f64, |most, c| most.max(c.abs()));
+        TriangleMesh { source, hierarchy, blocks, reach }
+    }
+
+    /// The box around it.
+    pub fn bounds(&self) -> &Bounds {
+        self.hierarchy.bounds()
+    }
+
+    /// How far rounding may put a point from its triangle, where it came here from coordinates of a size.
+    pub fn slack(&self, size: f64) -> f64 {
+        16.0 * f64::EPSILON * (size + self.reach)
+    }
+
+    /// The nearest crossing nearer than `limit`; of equally near ones that of the first triangle.
+    #[inline(always)]
+    pub fn nearest<S: Simd>(&self, simd: S, ray: &Ray, limit: f64, start: Option<Start>) -> Option<Met> {
+        let mut search = Search { mesh: self, ray, start, best: None };
+        self.hierarchy.walk(simd, ray, limit, &mut search);
+        search.best
+    }
+
+    /// The corners of a triangle.
+    pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.source.triangles[triangle as usize].map(|corner| self.source.positions[corner as usize].into())
+    }
+
+    /// The unit normal of a triangle.
+    pub fn normal(&self, triangle: u32) -> Vec3 {
+        let [a, b, c] = self.corners(triangle);
+        // By the longest edge's size: squares of squares of small lengths would be zero.
+        let (first, second) = (b - a, c - a);
+        let size = first.length_squared().max(second.length_squared()).sqrt();
+        (first * (1.0 / size)).cross(second * (1.0 / size)).normalized()
+    }
+
+    /// The shares of the second and the third corner at a point of a triangle.
+    pub fn shares(&self, triangle: u32, point: Vec3) -> [f64; 2] {
+        let [a, b, c] = self.corners(triangle);
+        let (first, second, way) = (b - a, c - a, point - a);
+        let n = first.cross(second);
+        let per = 1.0 / n.length_squared();
+        let (b, c) = (way.cross(second).dot(n) * per, first.cross(way).dot(n) * per);
+        let (b, c) = (b.clamp(0.0, 1.0), c.clamp(0.0, 1.0));
+        let sum = (b + c).max(1.0);
+        [b / sum, c / sum]
+    }
+
+    /// A point of a ray at a distance, put onto its triangle.
+    pub fn onto(&self, triangle: u32, point: Vec3) -> Vec3 {
+        let [a, b, c] = self.corners(triangle);
+        let [second, third] = self.shares(triangle, point);
+        a + (b - a) * second + (c - a) * third
+    }
+}
+
+struct Search<'a> {
+    mesh: &'a TriangleMesh,
+    ray: &'a Ray,
+    start: Option<Start>,
+    best: Option<Met>,
+}
+
+impl Search<'_> {
+    /// Whether a crossing is where the ray starts: on the triangle that it leaves, or on a neighbour of which it starts no
+    /// farther than rounding.
+    fn is_start(&self, block: &Block, lane: usize, volume: f64) -> bool {
+        let Some(start) = self.start else { return false };
+        if block.triangles[lane] == start.triangle {
+            return true;
+        }
+        let edge = |edges: &[[f64; 4]; 3]| [edges[0][lane], edges[1][lane], edges[2][lane]];
+        volume.abs() <= start.slack * length(cross(edge(&block.first), edge(&block.second)))
+    }
+}
+
+impl Visit for Search<'_> {
+    #[inline(always)]
+    fn leaf<S: Simd>(&mut self, simd: S, first: usize, _: usize, mut limit: f64) -> f64 {
+        let block = &self.mesh.blocks[first];
+        let load = |v: &[f64; 4]| f64x4::from_slice(simd, v);
+        let splat = |v: f64| f64x4::splat(simd, v);
+        let [e_x, e_y, e_z] = [load(&block.first[0]), load(&block.first[1]), load(&block.first[2])];
+        let [f_x, f_y, f_z] = [load(&block.second[0]), load(&block.second[1]), load(&block.second[2])];
+        let (o, d) = (self.ray.origin, self.ray.direction);
+        let [d_x, d_y, d_z] = [splat(d.x), splat(d.y), splat(d.z)];
+        let t_x = splat(o.x) - load(&block.corner[0]);
+        let t_y = splat(o.y) - load(&block.corner[1]);
+        let t_z = splat(o.z) - load(&block.corner[2]);
+        let (p_x, p_y, p_z) = (d_y * f_z - d_z * f_y, d_z * f_x - d_x * f_z, d_x * f_y - d_y * f_x);
+        let per = splat(1.0) / (e_x * p_x + e_y * p_y + e_z * p_z);
+        let b = (t_x * p_x + t_y * p_y + t_z * p_z) * per;
+        let (q_x, q_y, q_z) = (t_y * e_z - t_z * e_y, t_z * e_x - t_x * e_z, t_x * e_y - t_y * e_x);
+        let c = (d_x * q_x + d_y * q_y + d_z * q_z) * per;
+        let volume = f_x * q_x + f_y * q_y + f_z * q_z;
+        let distance = volume * per;
+        let least = splat(-OVERLAP);
+        // False for the no numbers of a triangle that is not there, or that a ray lies in.
+        let met = b.simd_ge(least)
+            & c.simd_ge(least)
+            & (b + c).simd_le(splat(1.0 + OVERLAP))
+            & distance.simd_gt(splat(0.0))
+            & distance.simd_le(splat(limit));
+        let mut met = simd.to_bitmask_mask64x4(met);
+        if met == 0 {
+            return limit;
+        }
+        let (distances, volumes): ([f64; 4], [f64; 4]) = (distance.into(), volume.into());
+        while met != 0 {
+            let lane = met.trailing_zeros() as usize;
+            met &= met - 1;
+            let (distance, triangle) = (distances[lane], block.triangles[lane]);
+            let is_nearer =
+                distance < limit || self.best.is_some_and(|best| best.distance == distance && triangle < best.triangle);
+            if is_nearer && !self.is_start(block, lane, volumes[lane]) {
+                self.best = Some(Met { triangle, distance });
+                limit = distance;
+            }
+        }
+        limit
+    }
+}
+
+/// The area of a triangle.
+pub fn area([a, b, c]: [[f64; 3]; 3]) -> f64 {
+    0.5 * length(cross(difference(b, a), difference(c, a)))
+}
