@@ -9,7 +9,7 @@ use super::parts::{Kind, Tree, placed};
 use super::{Hit, Interaction, Shape};
 use crate::camera::Ray;
 
-/// So many shapes are asked one after the other; more of them stand in a hierarchy. Measured: `docs/evidence/performance.md`.
+/// So many shapes are asked one after the other; more of them stand in a hierarchy. Chosen, not measured: a list of eight is a handful of roots.
 const FEW: usize = 8;
 
 /// All that rays can meet.
@@ -70,6 +70,7 @@ impl Geometry {
         if shapes.len() <= few {
             return Geometry { shapes, tree: None, charts, areas, fills };
         }
+        use super::parts::{Part, STAYS};
         let part = |number| Part { object: number, kind: number, instance: 0, placement: STAYS };
         let parts = (0..shapes.len() as u32).map(part).collect();
         let tree = Tree::new(parts, shapes.into_iter().map(Kind::Shape).collect(), Vec::new());
