@@ -304,6 +304,7 @@ pub enum Shape {
 }
 
 /// What a surface is made of.
+#[expect(clippy::large_enum_variant, reason = "one a kind of object, not one a hit: a box would only be in the way")]
 #[derive(Debug, Clone)]
 pub enum Surface {
     /// A free film, the same medium on both sides.
