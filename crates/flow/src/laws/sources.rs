@@ -168,8 +168,8 @@ fn threads_and_checkpoints_change_no_byte() {
 #[test]
 fn patches_do_not_hang_on_the_step() {
     let patches = |step_s: f64| {
-        let p =
-            Parameters { step_s, gravity: 1e-9, noise: 0.0, regeneration: 2.0, ..small("bubble-on-bath-time-lapse") };
+        let bubble = small("bubble-on-bath");
+        let p = Parameters { step_s, gravity: 1e-9, noise: 0.0, regeneration: 2.0, wind: 0.03, ..bubble };
         let mut film = Film::new(p).unwrap();
         film.advance_to(0.5).unwrap();
         let state = film.state();
