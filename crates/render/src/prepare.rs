@@ -72,7 +72,7 @@ pub struct Prepared {
 }
 
 /// What a surface does to light.
-#[allow(clippy::large_enum_variant, reason = "one an object, not one a hit: a box would only be in the way")]
+#[expect(clippy::large_enum_variant, reason = "one an object, not one a hit: a box would only be in the way")]
 pub enum Material {
     Film(FilmSurface),
     Coating(CoatedSurface),

@@ -215,7 +215,10 @@ def test_ctrl_c(tmp_path: Path, delay_s: float) -> None:
     assert process.poll() is None
     start = time.perf_counter()
     process.send_signal(signal.SIGINT)
-    stdout, stderr = process.communicate(timeout=30)
+    try:
+        stdout, stderr = process.communicate(timeout=30)
+    finally:
+        process.kill()  # a render that nothing stopped would take its two hours
     assert time.perf_counter() - start < 10.0
     # Python itself answers while it is starting, before a line of ours has run.
     starting = {-signal.SIGINT} if delay_s < 1.0 else set()

@@ -64,13 +64,8 @@ impl Charts {
     pub fn interaction(&self, tree: Option<&Tree>, hit: &Hit) -> Interaction {
         let (across, up) = frame(hit.normal);
         let mut all = Interaction {
-            object: hit.object,
-            primitive: hit.primitive,
             instance: 0,
-            distance: hit.distance,
-            point: hit.point,
             local: hit.point,
-            normal: hit.normal,
             shading_normal: hit.normal,
             frame: [across, up],
             u: 0.0,

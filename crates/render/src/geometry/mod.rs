@@ -36,24 +36,14 @@ pub struct Hit {
     pub normal: Vec3,
 }
 
-/// All that is known of a place that a ray has met: what maps, bumps and rough surfaces ask.
+/// What maps, bumps and rough surfaces ask of a place that a ray has met, beside its [`Hit`].
 #[derive(Debug, Clone, Copy)]
-#[allow(dead_code, reason = "what surfaces ask with; thickness maps and bumps need some of it")]
 pub struct Interaction {
-    /// Which object.
-    pub object: usize,
-    /// Which instance of it.
+    /// Which instance of its object.
     pub instance: u32,
-    /// Which primitive.
-    pub primitive: u32,
-    /// Distance along the ray.
-    pub distance: f64,
-    pub point: Vec3,
-    /// The same place in the space of the object's shape.
+    /// The place in the space of the object's shape.
     pub local: Vec3,
-    /// Unit normal of the surface itself, to its front.
-    pub normal: Vec3,
-    /// Unit normal by which light is mirrored and refracted, on the same side.
+    /// Unit normal by which light is mirrored and refracted, on the side of the surface's own.
     pub shading_normal: Vec3,
     /// Unit vectors along u and at right angles to it; with the shading normal a right-handed frame.
     pub frame: [Vec3; 2],
