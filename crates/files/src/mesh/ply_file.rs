@@ -84,7 +84,12 @@ fn whole_list(property: Property) -> Option<Vec<i64>> {
 }
 
 pub fn read(bytes: &[u8]) -> Result<Mesh, String> {
-    let wrong = |error: &dyn std::fmt::Display| format!("it is no PLY file that can be read: {error}");
+    // The parser tells the line and what it missed; then, indented, the file's own bytes and its grammar.
+    let wrong = |error: &dyn std::fmt::Display| {
+        let words = error.to_string();
+        let told: String = words.lines().next().unwrap_or_default().chars().filter(|c| !c.is_control()).collect();
+        format!("it is no PLY file that can be read: {}", told.trim_end_matches('.'))
+    };
     let parser = Parser::<Element>::new();
     let mut reader = Reader::new(BufReader::new(bytes));
     let header = parser.read_header(&mut reader).map_err(|error| wrong(&error))?;

@@ -127,7 +127,7 @@ fn nodes_move_turn_and_mirror() {
 
 #[test]
 fn what_a_file_gets_wrong_is_named() {
-    let cases: [(Vec<u8>, MeshFormat, &str); 12] = [
+    let cases: [(Vec<u8>, MeshFormat, &str); 13] = [
         (b"v 0 0 0\n".to_vec(), MeshFormat::Obj, "no faces"),
         (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n".to_vec(), MeshFormat::Obj, "no OBJ file"),
         (b"v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n".to_vec(), MeshFormat::Obj, "vertex 1 lies at"),
@@ -137,6 +137,11 @@ fn what_a_file_gets_wrong_is_named() {
             ply("", "").replace("3 0 2 1", "3 0 2 7").into_bytes(),
             MeshFormat::Ply,
             "a corner at vertex 7, and there are 4",
+        ),
+        (
+            ply("", "").replace("ascii 1.0", "ascii 1ii").into_bytes(),
+            MeshFormat::Ply,
+            "no PLY file that can be read: Line 2: Couldn't parse line",
         ),
         (ply("", "").replace("3 0 2 1", "2 0 2").into_bytes(), MeshFormat::Ply, "face 0 has 2 corners"),
         (
@@ -152,6 +157,7 @@ fn what_a_file_gets_wrong_is_named() {
     for (bytes, format, words) in cases {
         let error = decode(&bytes, format).unwrap_err();
         assert!(error.contains(words), "{words}: {error}");
+        assert!(!error.contains(char::is_control), "{error:?}");
     }
     for children in ["[0]", "[1,1]", "[1,2]"] {
         let more = format!(r#","children":{children}}},{{"children":[2]}},{{"mesh":0"#);
