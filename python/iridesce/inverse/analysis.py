@@ -490,22 +490,3 @@ def _within(one: Solution, other: Solution) -> bool:
     else:
         near = all(low <= value <= high for value, (low, high) in zip(one.thickness_nm, other.interval_nm, strict=True))
     return bool(near or np.abs(np.subtract(one.thickness_nm, other.thickness_nm)).max() < 3.0 * np.max(other.sd_nm))
-
-
-def scaled(result: FitResult, scale: float) -> FitResult:
-    """The result in the measurement's own unit."""
-    if scale == 1.0:
-        return result
-    solutions = tuple(
-        replace(
-            one,
-            misfit=one.misfit * scale,
-            gain=one.gain * scale,
-            gain_slope=one.gain_slope * scale,
-            gain_bend=one.gain_bend * scale,
-            baseline=tuple(value * scale for value in one.baseline),
-            fitted=one.fitted * scale,
-        )
-        for one in result
-    )
-    return replace(result, solutions=solutions, measured=result.measured * scale, noise=result.noise * scale)

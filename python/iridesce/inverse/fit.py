@@ -24,7 +24,7 @@ import numpy.typing as npt
 from iridesce.arguments.operands import Floats
 from iridesce.arguments.scalars import number, one_of
 from iridesce.files.spectra import Spectrum, read_spectrum
-from iridesce.inverse.analysis import Analysis, scaled
+from iridesce.inverse.analysis import Analysis
 from iridesce.inverse.data import (
     calm,
     cleaned,
@@ -39,7 +39,7 @@ from iridesce.inverse.model import Problem, describe, read_problem
 from iridesce.inverse.posterior import (
     Light,
 )
-from iridesce.inverse.results import FitResult, Solution
+from iridesce.inverse.results import FitResult, Solution, scaled
 from iridesce.inverse.solve import Data
 from iridesce.optics.averages import FWHM
 

@@ -12,13 +12,14 @@ import numpy.typing as npt
 
 from iridesce._progress import Told, check_progress, watched
 from iridesce.arguments.scalars import number
-from iridesce.inverse.photograph import read_setup, solve, take
+from iridesce.inverse.photograph import solve
+from iridesce.inverse.shots import read_setup, take
 
 if TYPE_CHECKING:
     from iridesce.color import Camera
     from iridesce.inverse.calibration import CameraCalibration
+    from iridesce.inverse.exposures import Exposed
     from iridesce.inverse.maps import ThicknessResult
-    from iridesce.inverse.photograph import Exposed
 
 __all__ = ["map_thickness_video"]
 

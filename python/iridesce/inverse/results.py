@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, overload
 
 from iridesce.arguments.operands import Floats
@@ -204,3 +204,22 @@ def _table(result: FitResult) -> list[str]:
     if result.no_film > 1e-3 or result.other > 1e-3:
         lines.append(f"  no film {result.no_film:.3g}, something else {result.other:.3g}")
     return [*lines, *(f"  note: {note}" for note in result.notes)]
+
+
+def scaled(result: FitResult, scale: float) -> FitResult:
+    """The result in the measurement's own unit."""
+    if scale == 1.0:
+        return result
+    solutions = tuple(
+        replace(
+            one,
+            misfit=one.misfit * scale,
+            gain=one.gain * scale,
+            gain_slope=one.gain_slope * scale,
+            gain_bend=one.gain_bend * scale,
+            baseline=tuple(value * scale for value in one.baseline),
+            fitted=one.fitted * scale,
+        )
+        for one in result
+    )
+    return replace(result, solutions=solutions, measured=result.measured * scale, noise=result.noise * scale)
