@@ -6,7 +6,7 @@
 
 use std::time::{Duration, Instant};
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 use iridesce_numerics::Watch;
 use rayon::prelude::*;
 
@@ -73,7 +73,7 @@ pub fn draw_passes(
             let size = sums.batch_size().unwrap_or(first);
             let samples = size.min(most - sums.samples.min(most));
             if samples > 0 {
-                dispatch!(level, simd => sums.add(simd, scene, *tile, [samples, size], watch))?;
+                at_level!(level, simd => sums.add(simd, scene, *tile, [samples, size], watch))?;
             }
             watch.add(tile.pixels() as u64);
             Ok::<(), RenderError>(())

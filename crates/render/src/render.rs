@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 use iridesce_numerics::{Watch, simd};
 use iridesce_scene::{ResolvedScene, Scene};
 use rayon::prelude::*;
@@ -174,7 +174,7 @@ fn draw_once(
             Some(sums) => sums,
             None => {
                 let mut sums = TileSums::new(tile, scene.extras);
-                dispatch!(level, simd => sums.add(simd, scene, tile, [samples, size], watch))?;
+                at_level!(level, simd => sums.add(simd, scene, tile, [samples, size], watch))?;
                 sums.close();
                 sums
             }

@@ -7,6 +7,7 @@ import platform
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 CALLS = {
@@ -45,3 +46,26 @@ def test_a_level_is_used_and_recorded() -> None:
     assert asked("sse2", code).stdout.strip() == "sse2"
     best = asked("", code).stdout.strip()
     assert asked(best, code).stdout.strip() == best
+
+
+LEVELS = {"x86_64": ("sse2", "sse4.2", "avx2", "avx512"), "AMD64": ("sse2", "sse4.2", "avx2", "avx512")}
+
+
+def test_every_level_that_the_machine_has_draws_the_same_picture() -> None:
+    """Paths of light are compiled once a level: where one level rounds otherwise a path may turn, no more."""
+    code = (
+        "import sys; picture = ir.render('double-bubble', size=(24, 16), samples=8, seed=3)\n"
+        "print(picture.metadata['simd'], *map(float.hex, map(float, picture.xyz[..., 1].ravel())))"
+    )
+    best = asked("", code).stdout.split()
+    wanted = np.array([float.fromhex(word) for word in best[1:]])
+    for level in LEVELS.get(platform.machine(), ()):
+        done = asked(level, code)
+        if done.returncode:
+            assert "this machine has" in done.stderr
+            continue
+        name, *words = done.stdout.split()
+        assert name == level
+        drawn = np.array([float.fromhex(word) for word in words])
+        assert np.median(np.abs(drawn - wanted) / wanted.mean()) < 1e-6, level
+        assert drawn.mean() == pytest.approx(wanted.mean(), rel=1e-3), level
