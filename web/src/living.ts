@@ -1,13 +1,14 @@
-// The film that lives: a worker lets it flow, each step as long as the last picture took; a finger stirs it.
+// The film that lives: a worker lets it flow, each step as long as the last picture took, while the step before is drawn;
+// a finger stirs it.
 
 import type { FilmState } from "./core/core";
-import { Job } from "./core/jobs";
+import { Job, type Reply } from "./core/jobs";
 import type { Stage } from "./stage";
 import { PRESETS, type State } from "./state/keys";
 
-/** A step of film that a picture may wait for, s. */
-const LONGEST_STEP_S = 0.1;
 const WANTED_PER_S = 30;
+/** The most film a picture may wait for, s. Where the core cannot keep up the film is slow, and still moves smoothly. */
+const LONGEST_STEP_S = 1 / WANTED_PER_S;
 
 /** Where a film lies, m: radius and angle of the rim of a sphere (crates/flow: presets), or sides of a frame. */
 const SHAPES: Record<string, { radius: number; rim: number } | { across: number; down: number }> = {
@@ -19,6 +20,8 @@ const SHAPES: Record<string, { radius: number; rim: number } | { across: number;
 
 /** Changes that reach a film while it flows. */
 const LIVE = ["wind_m_s", "gravity_m_s2"] as const;
+
+type FilmReply = Extract<Reply, { kind: "film" }>;
 
 export class LivingFilm {
   state: FilmState | null = null;
@@ -95,9 +98,39 @@ export class LivingFilm {
     this.stage.draw();
   }
 
-  /** One step after the other, as long as it should flow. */
+  /** One step after the other, as long as it should flow: the next one is computed while the last is drawn. */
   async live(): Promise<void> {
-    if (this.busy || !this.stage.living() || !this.stage.fieldReady() || !this.state) return;
+    if (this.busy) return;
+    this.busy = true;
+    const wanted = this.key;
+    try {
+      let next = this.step();
+      while (next) {
+        const reply = await next;
+        if (this.key !== wanted) return;
+        this.steps.push(1000 * reply.seconds);
+        if (this.steps.length > 120) this.steps.shift();
+        this.state = reply.film;
+        next = this.step();
+        await new Promise((resolve) => requestAnimationFrame(resolve));
+        if (this.key !== wanted) {
+          // Another film was asked for meanwhile: its start stopped this step.
+          next?.catch(() => undefined);
+          return;
+        }
+        this.show(reply.film);
+        this.keepPace();
+      }
+    } catch (error) {
+      if (this.key === wanted) this.stage.app.fail(error);
+    } finally {
+      if (this.key === wanted) this.busy = false;
+    }
+  }
+
+  /** Asks for the film a moment later; null: it stands still. */
+  private step(): Promise<FilmReply> | null {
+    if (!this.stage.living() || !this.stage.fieldReady() || !this.state) return null;
     for (const name of LIVE) {
       const value = Number(this.page[name]);
       if (value === this.sent[name]) continue;
@@ -106,39 +139,23 @@ export class LivingFilm {
     }
     if (!this.page["playing"] || document.hidden || !Number.isNaN(this.state.ruptured_s)) {
       this.flowed = 0;
-      return;
+      return null;
     }
-    this.busy = true;
-    const wanted = this.key;
-    try {
-      const now = performance.now();
-      const passed = this.flowed ? (now - this.flowed) / 1000 : 1 / 30;
-      this.flowed = now;
-      const time_s = this.state.time_s + Math.min(Math.max(passed, 1 / 120), LONGEST_STEP_S);
-      const reply = await this.job.ask<"film">({ kind: "flow-advance", id: 0, time_s });
-      if (this.key !== wanted) return;
-      this.steps.push(1000 * reply.seconds);
-      if (this.steps.length > 120) this.steps.shift();
-      await new Promise((resolve) => requestAnimationFrame(resolve));
-      if (this.key !== wanted) return;
-      this.show(reply.film);
-      this.keepPace();
-    } catch (error) {
-      if (this.key === wanted) this.stage.app.fail(error);
-      return;
-    } finally {
-      this.busy = false;
-    }
-    void this.live();
+    const now = performance.now();
+    const passed = this.flowed ? (now - this.flowed) / 1000 : LONGEST_STEP_S;
+    this.flowed = now;
+    const time_s = this.state.time_s + Math.min(Math.max(passed, 1 / 120), LONGEST_STEP_S);
+    return this.job.ask<"film">({ kind: "flow-advance", id: 0, time_s });
   }
 
-  /** Smaller pictures where they come too slowly. */
+  /** Smaller pictures where they come too slowly, unless it is the film that they wait for. */
   private keepPace(): void {
     this.times.push(performance.now());
     if (this.times.length % 30 === 0) this.stage.app.version++;
     if (this.times.length <= 45) return;
     if (this.times.length > 90) this.times.shift();
-    if (this.perSecond() < WANTED_PER_S * 0.97 && this.stage.smaller()) this.times = [];
+    const late = this.perSecond() < WANTED_PER_S * 0.97;
+    if (late && this.stepMs() < 900 / WANTED_PER_S && this.stage.smaller()) this.times = [];
   }
 
   perSecond(): number {
