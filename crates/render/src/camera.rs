@@ -74,6 +74,11 @@ impl RayCamera {
         }
     }
 
+    /// One over the share of natural light that it passes.
+    pub fn bare_share(&self) -> f64 {
+        1.0 / self.passes()[0]
+    }
+
     /// Whether its rays start at different places.
     pub fn is_wide(&self) -> bool {
         self.orthographic || self.lens.is_some()

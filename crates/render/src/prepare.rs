@@ -319,7 +319,7 @@ impl Prepared {
             extras: Extras::count(options.stokes, probes.len()),
             stokes: options.stokes,
             wavelengths: probes.len(),
-            has_alpha: false,
+            has_alpha: !scene.render.has_backdrop,
             samples: options.samples.unwrap_or(scene.render.samples),
             seed: options.seed.unwrap_or(scene.render.seed),
             max_depth: scene.render.max_depth,
@@ -522,7 +522,8 @@ fn number_of(media: &mut Media, medium: &Medium, priority: i32) -> Result<u8, Re
 /// The choices of nodes, ever finer, until the fringes of the thickest film are resolved.
 fn levels_for(scene: &ResolvedScene, materials: &Materials<'_>) -> Result<Vec<Nodes>, RenderError> {
     let mut lines = Vec::new();
-    let mut is_continuous = false;
+    // What shines through is told of white light.
+    let mut is_continuous = !scene.recipe.render.has_backdrop;
     let mut see = |illuminant: &Illuminant, radiance: f64| {
         if radiance > 0.0 {
             lines.extend(illuminant.lines().iter().map(|line| line.0));

@@ -113,6 +113,8 @@ pub struct RenderSettings {
     pub seed: u64,
     /// Surface hits after which a path no longer branches.
     pub max_depth: u32,
+    /// Whether the environment is seen straight; else a plane tells what of it would be.
+    pub has_backdrop: bool,
 }
 
 /// A named thing in the scene.

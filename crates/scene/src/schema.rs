@@ -290,6 +290,13 @@ pub static RENDER: Kind = kind(
             Default::Whole(16),
             "surface hits after which a path no longer branches",
         ),
+        key(
+            "backdrop",
+            Takes::Bool,
+            "",
+            Default::Words("true"),
+            "`false` leaves out what comes straight and unbent from an environment, through films or none; the plane `alpha` tells of it",
+        ),
     ],
 );
 

@@ -238,10 +238,15 @@ fn resolution(table: &Table<'_>) -> [u32; 2] {
 
 fn settings(table: &Table<'_>) -> Result<(RenderSettings, Node), SceneError> {
     let (samples, seed, max_depth) = (table.whole("samples")?, table.whole("seed")?, table.whole("max_depth")?);
-    let tree = Node::table([
+    let has_backdrop = !matches!(table.get("backdrop").map(|node| &node.value), Some(Value::Bool(false)));
+    let mut entries = vec![
         ("samples", Value::Int(samples.into()).into()),
         ("seed", Value::Int(seed.into()).into()),
         ("max_depth", Value::Int(max_depth.into()).into()),
-    ]);
-    Ok((RenderSettings { samples: samples as u32, seed, max_depth: max_depth as u32 }, tree))
+    ];
+    if !has_backdrop {
+        entries.push(("backdrop", Value::Bool(false).into()));
+    }
+    let settings = RenderSettings { samples: samples as u32, seed, max_depth: max_depth as u32, has_backdrop };
+    Ok((settings, Node::table(entries)))
 }

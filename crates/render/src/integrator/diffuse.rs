@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 
 use super::direct::Scatters;
-use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Scattered, Sums, Tracer};
+use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Scattered, Since, Sums, Tracer};
 use crate::geometry::frame;
 use crate::sampler::Choices;
 
@@ -53,7 +53,7 @@ impl Tracer<'_> {
         let continuation = self.continuation(&hit, direction, path.medium, scattered);
         if let Continuation::Surface(next) = continuation {
             (path.hit, path.direction, path.axis) = (next, direction, frame(direction).0);
-            path.is_scattered = scattered.is_some();
+            path.since = Since::scattering(scattered);
             self.scattered[path.slot] = scattered.unwrap_or_default();
             return true;
         }

@@ -12,7 +12,7 @@ use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 
 use super::escape::Share;
-use super::{Path, Scattered, Sums, Target, Tracer, shading_normal};
+use super::{Path, Scattered, Since, Sums, Target, Tracer, shading_normal};
 use crate::camera::Ray;
 use crate::failure::PathFailure;
 use crate::geometry::{Hit, cone_density, cone_direction};
@@ -312,11 +312,20 @@ impl Tracer<'_> {
     pub(super) fn add_beyond<S: Simd>(&mut self, simd: S, path: &Path, sums: &mut Sums<S>) {
         let lights = &self.spectra.lights;
         let scattered = self.scattered(path);
+        let is_backdrop = path.since == Since::Camera;
         for sun in 0..lights.suns.len() {
-            if lights.suns[sun].is_at(path.direction) {
+            if lights.suns[sun].is_at(path.direction) && !(is_backdrop && lights.suns[sun].is_of_sky) {
                 let share = self.sun_mis_weight(sun, scattered);
                 self.add_light(simd, path, LightId::Sun(sun), share, sums);
             }
+        }
+        if is_backdrop {
+            for block in 0..self.blocks {
+                let s = self.arena[self.at(path.slot, 0, block)].load(simd);
+                let p = self.arena[self.at(path.slot, 1, block)].load(simd);
+                self.add_share(simd, block, s + p);
+            }
+            return;
         }
         let maps = scattered.map_or(1.0, |from| self.environment_mis_weight(from, path.direction));
         self.make_room(simd, 1);

@@ -6,8 +6,9 @@ use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_numerics::lanes::Singles as Lanes;
 
 use super::{Sums, Tracer};
-use crate::lights::Source;
 use crate::lights::chooser::LightId;
+use crate::lights::{Source, SunDisc};
+use crate::prepare::Prepared;
 
 /// Weights of a path in multiple importance sampling: what of the light out there is its own, where light sampling finds
 /// the rest.
@@ -110,15 +111,21 @@ impl Tracer<'_> {
         }
         let lights = &self.spectra.lights;
         let share: f32 = if polarizer.is_some() { 0.5 } else { 1.0 };
-        for c in 0..3 {
-            self.batches[self.batch][c] += f64::from(share) * lights.uniform_xyz[c];
+        if self.scene.has_alpha {
+            self.batches[self.batch][3] += 1.0;
+        } else {
+            for c in 0..3 {
+                self.batches[self.batch][c] += f64::from(share) * lights.uniform_xyz[c];
+            }
         }
         if !lights.depend_on_direction() {
             return;
         }
         let sun = match lights.sun_at(direction) {
             Some((_, false)) => {
-                for sun in lights.suns.iter().filter(|sun| sun.is_at(direction)) {
+                let scene = self.scene;
+                let seen = lights.suns.iter().filter(|sun| sun.is_at(direction) && !is_left_out(scene, sun));
+                for sun in seen {
                     let part = match (polarizer, sun.linear) {
                         (Some(axis), Some(linear)) => 0.5 * (1.0 + linear.stokes(-direction, axis)[0]),
                         _ => f64::from(share),
@@ -129,9 +136,13 @@ impl Tracer<'_> {
                 }
                 None
             }
-            found => found.map(|(sun, _)| (sun, share)),
+            found => found
+                .map(|(sun, _)| sun)
+                .filter(|sun| !is_left_out(self.scene, &lights.suns[*sun]))
+                .map(|sun| (sun, share)),
         };
-        self.bare.push(direction, Share { maps: share, sun });
+        let maps = if self.scene.has_alpha { 0.0 } else { share };
+        self.bare.push(direction, Share { maps, sun });
         if self.bare.count == LANES {
             self.add_environment_unscattered(simd);
         }
@@ -144,14 +155,17 @@ impl Tracer<'_> {
         let has_stokes = extras.has_stokes();
         let axis = if has_stokes { None } else { polarizer };
         let natural = if axis.is_some() { 1.0 } else { 2.0 };
-        extras.receive_evenly(lights, Source::Uniform, [natural, 0.0, 0.0, 0.0]);
-        if lights.has_maps() {
+        if !self.scene.has_alpha {
+            extras.receive_evenly(lights, Source::Uniform, [natural, 0.0, 0.0, 0.0]);
+        }
+        if lights.has_maps() && !self.scene.has_alpha {
             let towards = [direction.x, direction.y, direction.z];
             let towards = towards.map(|along| iridesce_numerics::lanes::Lanes([along as f32; LANES]));
             let rgb = lights.map_rgb(simd, &towards).map(|lanes| lanes[0]);
             extras.receive_evenly(lights, Source::Map(rgb), [natural, 0.0, 0.0, 0.0]);
         }
-        for (number, sun) in lights.suns.iter().enumerate().filter(|(_, sun)| sun.is_at(direction)) {
+        let suns = lights.suns.iter().enumerate();
+        for (number, sun) in suns.filter(|(_, sun)| sun.is_at(direction) && !is_left_out(self.scene, sun)) {
             let along = axis.unwrap_or_else(|| self.scene.camera.upright(direction));
             let [q, u] = sun.linear.map_or([0.0; 2], |linear| linear.stokes(-direction, along).map(|v| v as f32));
             let carried = if axis.is_some() {
@@ -197,4 +211,9 @@ impl Tracer<'_> {
         }
         self.bare.count = 0;
     }
+}
+
+/// Whether a sun belongs to the backdrop, and the picture is without it.
+fn is_left_out(scene: &Prepared, sun: &SunDisc) -> bool {
+    scene.has_alpha && sun.is_of_sky
 }

@@ -73,8 +73,27 @@ struct Path {
     is_unpolarized: bool,
     /// The place in the spectrum at which it goes on, once a prism has parted the wavelengths.
     band: Option<f64>,
-    /// Nothing but films has been passed, straight on, since it was scattered; where, stands by its slot.
-    is_scattered: bool,
+    /// What it has come from straight, through films or nothing.
+    since: Since,
+}
+
+/// What a path has come from straight and unbent, with nothing but films in between.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Since {
+    /// The camera, in a picture without its backdrop.
+    Camera,
+    /// A surface that scattered it; where, stands by its slot.
+    Scattering,
+    /// A surface that mirrored or refracted it; or it does not matter what.
+    Bend,
+}
+
+impl Since {
+    /// Left by a surface that sampled the lights, or did not.
+    #[inline(always)]
+    fn scattering(scattered: Option<Scattered>) -> Since {
+        if scattered.is_some() { Since::Scattering } else { Since::Bend }
+    }
 }
 
 /// A diffuse point that a path left in a sampled direction.
@@ -92,6 +111,8 @@ enum Continuation {
     Surface(Hit),
     /// It leaves the scene.
     Escapes,
+    /// It leaves the scene straight from the camera, in a picture without its backdrop; the sun that it meets there, if any.
+    Backdrop(Option<usize>),
     /// It meets an emitter; this is its weight in multiple importance sampling.
     Emitter(usize, f32),
     /// It is absorbed.
@@ -144,6 +165,8 @@ enum Found {
     Uniform,
     /// [`Target::Emitter`].
     Emitter(usize, f32),
+    /// [`Continuation::Backdrop`]: the sums of the picture hear of the sun alone.
+    Backdrop(Option<usize>),
 }
 
 /// Sums of X, Y, Z over a block's lanes.
@@ -290,7 +313,7 @@ impl<'a> Tracer<'a> {
             in_plane: !has_stokes,
             is_unpolarized: polarizer.is_none() && !has_stokes,
             band: None,
-            is_scattered: false,
+            since: if scene.has_alpha { Since::Camera } else { Since::Bend },
         };
         let mut sums = Sums([f32x16::splat(simd, 0.0); 3]);
         loop {
@@ -367,7 +390,7 @@ impl<'a> Tracer<'a> {
         while let Some(behind) = self.scene.behind_hidden(&path.hit, path.direction, path.medium) {
             path.medium = behind;
             let scattered = self.scattered(path);
-            let continuation = self.continuation(&path.hit, path.direction, path.medium, scattered);
+            let continuation = self.straight_on(path);
             if let Continuation::Surface(next) = continuation {
                 path.hit = next;
                 self.attenuate(simd, path);
@@ -406,7 +429,25 @@ impl<'a> Tracer<'a> {
     /// Where a path was scattered, if it has come straight from there.
     #[inline(always)]
     fn scattered(&self, path: &Path) -> Option<Scattered> {
-        path.is_scattered.then(|| self.scattered[path.slot])
+        (path.since == Since::Scattering).then(|| self.scattered[path.slot])
+    }
+
+    /// What the branch of a path comes to that goes straight on from a hit.
+    #[inline(always)]
+    fn straight_on(&self, path: &Path) -> Continuation {
+        match self.continuation(&path.hit, path.direction, path.medium, self.scattered(path)) {
+            Continuation::Escapes if path.since == Since::Camera => {
+                Continuation::Backdrop(self.bare_sun(path.direction))
+            }
+            continuation => continuation,
+        }
+    }
+
+    /// The only sun in a direction, unless it belongs to a sky.
+    #[inline(always)]
+    fn bare_sun(&self, direction: Vec3) -> Option<usize> {
+        let lights = &self.spectra.lights;
+        lights.sun_at(direction).map(|(sun, _)| sun).filter(|sun| !lights.suns[*sun].is_of_sky)
     }
 
     /// Nothing comes from infinitely far away within a medium that absorbs.
@@ -474,6 +515,7 @@ impl<'a> Tracer<'a> {
             }
             Continuation::Escapes => Target::Uniform,
             Continuation::Emitter(emitter, share) => Target::Emitter(emitter, share),
+            Continuation::Backdrop(sun) => Target::Told(Found::Backdrop(sun)),
             Continuation::Absorbed => Target::Nowhere,
         };
         match target {
@@ -537,9 +579,22 @@ impl<'a> Tracer<'a> {
                 self.tell(Source::Light(LightId::Emitter(emitter)), block, s_and_p * share);
                 return self.spectra.lights.add_emission(simd, emitter, block, s_and_p * share, xyz);
             }
+            Found::Backdrop(sun) => {
+                self.add_share(simd, block, s_and_p);
+                let Some(sun) = sun.map(LightId::Sun) else { return xyz };
+                self.tell(Source::Light(sun), block, s_and_p);
+                return self.spectra.lights.add_light(simd, sun, block, s_and_p, xyz);
+            }
         }
         self.tell(Source::Uniform, block, s_and_p);
         self.spectra.lights.add_uniform(simd, block, s_and_p, xyz)
+    }
+
+    /// Adds what the backdrop would shine through by, of all that a block carries straight to it.
+    #[inline(always)]
+    fn add_share<S: Simd>(&mut self, simd: S, block: usize, s_and_p: f32x16<S>) {
+        let share = self.spectra.lights.white(simd, block) * s_and_p;
+        self.batches[self.batch][3] += f64::from(share.reduce_sum()) * self.scene.camera.bare_share();
     }
 
     /// Tells the sums beside those of the picture of light that is found.

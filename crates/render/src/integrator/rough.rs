@@ -11,7 +11,7 @@ use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::Singles as Lanes;
 
 use super::direct::Scatters;
-use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Scattered, Sums, Tracer};
+use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Scattered, Since, Sums, Tracer};
 use crate::coating::{IndexTable, LayersAt, Sequence};
 use crate::film::{Beam, FilmTable, Response};
 use crate::medium_stack::MediumStack;
@@ -405,7 +405,7 @@ impl<'a> Tracer<'a> {
         };
         path.hit = next;
         self.scattered[path.slot] = scattered.unwrap_or_default();
-        path.is_scattered = scattered.is_some();
+        path.since = Since::scattering(scattered);
         if path.hits > self.scene.max_depth {
             path.floor = luminance / LATE_SURVIVAL;
         }

@@ -7,7 +7,7 @@ use fearless_simd::{Simd, f32x16, prelude::*};
 
 use super::direct::Scatters;
 use super::rough::{Facets, MOST_FACETS, Stack};
-use super::{Continuation, Path, Scattered, Sums, Tracer};
+use super::{Continuation, Path, Scattered, Since, Sums, Tracer};
 use crate::failure::PathFailure;
 use crate::film::Beam;
 use crate::geometry::Hit;
@@ -54,13 +54,13 @@ impl<'a> Tracer<'a> {
         gets_out &= mirrored.direction.dot(facets.facing) > 0.0;
 
         let passed_from = self.scattered(path);
-        let passed = self.continuation(&path.hit, path.direction, path.medium, passed_from);
+        let passed = self.straight_on(path);
         let scattered = (density > 0.0).then_some(Scattered { origin: path.hit.point, density });
         let reflected = match gets_out {
             true => self.continuation(&path.hit, mirrored.direction, mirrored.medium, scattered),
             false => Continuation::Absorbed,
         };
-        mirrored.is_scattered = scattered.is_some();
+        mirrored.since = Since::scattering(scattered);
         self.scattered[mirrored.slot] = scattered.unwrap_or_default();
         mirrored.floor = mirrored.floor.max(FLOOR_SHARE * luminance);
         let passed_y = self.luminance(simd, path);

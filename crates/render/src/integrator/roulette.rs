@@ -7,9 +7,10 @@
 use fearless_simd::Simd;
 use iridesce_numerics::Vec3;
 
-use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Sums, Target, Tracer};
+use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Since, Sums, Target, Tracer};
 use crate::geometry::Hit;
 use crate::medium_stack::MediumStack;
+use crate::prepare::Material;
 use crate::sampler::Choices;
 
 /// So many hits beyond `max_depth` a walk is taken to be caught for good, as by total reflection in clear glass.
@@ -20,14 +21,14 @@ pub(super) struct Onward {
     pub direction: Vec3,
     pub medium: MediumStack,
     pub band: Option<f64>,
-    pub is_scattered: bool,
+    pub since: Since,
 }
 
 impl Onward {
     #[inline(always)]
     fn take(&self, path: &mut Path, hit: Hit) {
         (path.direction, path.hit, path.medium) = (self.direction, hit, self.medium);
-        (path.band, path.is_scattered) = (self.band, self.is_scattered);
+        (path.band, path.since) = (self.band, self.since);
     }
 }
 
@@ -52,12 +53,12 @@ impl Tracer<'_> {
         match continuations {
             [Continuation::Surface(mirrored_hit), Continuation::Surface(passed_hit)] => {
                 let Target::Slot(slot) = to[0] else { unreachable!("what goes on has a slot") };
-                let mirrored = Path { direction: mirror, hit: mirrored_hit, slot, is_scattered: false, ..*path };
+                let mirrored = Path { direction: mirror, hit: mirrored_hit, slot, since: Since::Bend, ..*path };
                 onward.take(path, passed_hit);
                 self.follow_both(simd, path, mirrored, [mirrored_y, passed_y], sums, choices)
             }
             [Continuation::Surface(hit), _] => {
-                (path.direction, path.hit, path.is_scattered) = (mirror, hit, false);
+                (path.direction, path.hit, path.since) = (mirror, hit, Since::Bend);
                 self.survives(simd, path, mirrored_y, sums, choices)
             }
             [_, Continuation::Surface(hit)] => {
@@ -157,8 +158,17 @@ impl Tracer<'_> {
 
     /// Adds what a path is expected to find: the lights' mean radiance, or what a diffuse surface makes of it.
     #[inline(always)]
-    fn add_mean_light<S: Simd>(&self, simd: S, path: &Path, factor: f32, sums: &mut Sums<S>) {
+    fn add_mean_light<S: Simd>(&mut self, simd: S, path: &Path, factor: f32, sums: &mut Sums<S>) {
         let factor = factor * self.scene.expected_shares[path.hit.object];
+        if path.since == Since::Camera && matches!(self.scene.materials.get(path.hit.object), Some(Material::Film(_))) {
+            // What it is expected to find is the backdrop, which is left out.
+            for block in 0..self.blocks {
+                let s = self.arena[self.at(path.slot, 0, block)].load(simd);
+                let p = self.arena[self.at(path.slot, 1, block)].load(simd);
+                self.add_share(simd, block, (s + p) * factor);
+            }
+            return;
+        }
         let mut xyz = sums.0;
         for block in 0..self.blocks {
             let s = self.arena[self.at(path.slot, 0, block)].load(simd);

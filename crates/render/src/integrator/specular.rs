@@ -5,7 +5,7 @@ use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::Singles as Lanes;
 
 use super::roulette::Onward;
-use super::{Continuation, Path, SAME_PLANE, Scattered, Sums, Target, Tracer};
+use super::{Continuation, Path, SAME_PLANE, Scattered, Since, Sums, Target, Tracer};
 use crate::coating::{IndexTable, LayersAt, Sequence};
 use crate::failure::PathFailure;
 use crate::film::{Beam, Mueller, Response};
@@ -72,7 +72,7 @@ impl<'a> Tracer<'a> {
 
         let mirror = direction - hit.normal * (2.0 * along);
         let scattered = self.scattered(path);
-        let passed = self.continuation(&hit, direction, medium, scattered);
+        let passed = self.straight_on(path);
         let mirrored = self.continuation(&hit, mirror, medium, None);
         self.make_room(simd, 2);
         let to = self.targets(path, (mirrored, mirror), (passed, direction, scattered));
@@ -81,7 +81,7 @@ impl<'a> Tracer<'a> {
         } else {
             self.split_film(simd, path, film.number, cos_theta, thickness_nm, to, sums)
         };
-        let onward = Onward { direction, medium, band: path.band, is_scattered: path.is_scattered };
+        let onward = Onward { direction, medium, band: path.band, since: path.since };
         self.follow(simd, path, [mirrored, passed], to, mirror, &onward, [mirrored_y, passed_y], sums, choices)
     }
 
@@ -146,7 +146,7 @@ impl<'a> Tracer<'a> {
         let (mirrored_y, passed_y) = self.split_coating(simd, path, &sequence, cos_theta as f32, to, thinned, sums);
         (self.thicknesses, self.thinned) = (thicknesses, weights);
 
-        let onward = Onward { direction: passed_direction, medium: beyond, band: refracted.band, is_scattered: false };
+        let onward = Onward { direction: passed_direction, medium: beyond, band: refracted.band, since: Since::Bend };
         self.follow(simd, path, [mirrored, passed], to, mirror, &onward, [mirrored_y, passed_y], sums, choices)
     }
 
@@ -236,7 +236,7 @@ impl<'a> Tracer<'a> {
     fn expected_share(&self, continuation: Continuation) -> f32 {
         match continuation {
             Continuation::Surface(next) => self.scene.expected_shares[next.object],
-            Continuation::Escapes => 1.0,
+            Continuation::Escapes | Continuation::Backdrop(_) => 1.0,
             Continuation::Emitter(..) | Continuation::Absorbed => 0.0,
         }
     }

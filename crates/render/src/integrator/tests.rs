@@ -50,7 +50,7 @@ fn over_plates(index: Complex64, plates: &[Plate]) -> (Vec<f64>, Vec<[f64; 2]>) 
             in_plane: true,
             is_unpolarized: true,
             band: None,
-            is_scattered: false,
+            since: Since::Bend,
         };
         for plate in plates {
             let light = -path.direction;

@@ -91,7 +91,7 @@ pub struct SunDisc {
     pub xyz: [f64; 3],
     pub linear: Option<Linear>,
     /// It belongs to a sky.
-    is_of_sky: bool,
+    pub is_of_sky: bool,
 }
 
 impl SunDisc {
@@ -268,6 +268,12 @@ impl Lights {
             area_lights: emitters.iter().map(area_light).collect(),
             deltas,
         })
+    }
+
+    /// Weights of Y at a block of nodes for D65, whatever the lights are; halved.
+    #[inline(always)]
+    pub fn white<S: Simd>(&self, simd: S, block: usize) -> f32x16<S> {
+        self.map_blocks[block].weights[1].load(simd)
     }
 
     /// How many lights are sampled, the maps apart.
