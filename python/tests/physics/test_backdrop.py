@@ -44,7 +44,9 @@ def test_alpha_is_0_where_nothing_is_met_and_1_at_what_is_opaque_or_bends():
 
 
 @pytest.mark.parametrize("max_depth", [1, 2, 16])
-@pytest.mark.parametrize("inside", [None, metal("Au"), dielectric("N-BK7"), {"film": {"medium": "Ag", "thickness_nm": 90.0}}])
+@pytest.mark.parametrize(
+    "inside", [None, metal("Au"), dielectric("N-BK7"), {"film": {"medium": "Ag", "thickness_nm": 90.0}}]
+)
 def test_the_picture_and_what_shines_through_make_the_whole(inside, max_depth):
     """The same paths: rounding alone is between them, wherever chance has cut a path short."""
     objects = [BUBBLE] + ([sphere([0.2, 0, 0], 0.4, inside)] if inside else [])
