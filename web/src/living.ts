@@ -9,6 +9,8 @@ import { PRESETS, type State } from "./state/keys";
 const WANTED_PER_S = 30;
 /** The most film a picture may wait for, s. Where the core cannot keep up the film is slow, and still moves smoothly. */
 const LONGEST_STEP_S = 1 / WANTED_PER_S;
+/** Pictures after which it is known how fast they come. */
+const PACE_PICTURES = 20;
 
 /** Where a film lies, m: radius and angle of the rim of a sphere (crates/flow: presets), or sides of a frame. */
 const SHAPES: Record<string, { radius: number; rim: number } | { across: number; down: number }> = {
@@ -28,6 +30,8 @@ export class LivingFilm {
   private key = "";
   private aged = false;
   private busy = false;
+  /** Whether another picture comes in a moment. */
+  moving = false;
   /** When the last step was asked for; 0: it stood still. */
   private flowed = 0;
   private sent: Record<string, number> = {};
@@ -55,7 +59,7 @@ export class LivingFilm {
     this.key = wanted;
     this.aged = false;
     if (this.job.busy) this.job.stop();
-    this.busy = false;
+    this.busy = this.moving = false;
     this.state = null;
     const { preset, thickness_nm, seed } = this.page;
     const changes: Record<string, number> = { thickness_nm: Number(thickness_nm) };
@@ -105,6 +109,7 @@ export class LivingFilm {
     const wanted = this.key;
     try {
       let next = this.step();
+      if (next) this.move(true);
       while (next) {
         const reply = await next;
         if (this.key !== wanted) return;
@@ -124,8 +129,18 @@ export class LivingFilm {
     } catch (error) {
       if (this.key === wanted) this.stage.app.fail(error);
     } finally {
-      if (this.key === wanted) this.busy = false;
+      if (this.key === wanted) {
+        this.busy = false;
+        this.move(false);
+      }
     }
+  }
+
+  private move(moving: boolean): void {
+    if (this.moving === moving) return;
+    this.moving = moving;
+    this.times = [];
+    this.stage.filmMoves();
   }
 
   /** Asks for the film a moment later; null: it stands still. */
@@ -152,10 +167,11 @@ export class LivingFilm {
   private keepPace(): void {
     this.times.push(performance.now());
     if (this.times.length % 30 === 0) this.stage.app.version++;
-    if (this.times.length <= 45) return;
+    if (this.times.length <= PACE_PICTURES) return;
     if (this.times.length > 90) this.times.shift();
-    const late = this.perSecond() < WANTED_PER_S * 0.97;
-    if (late && this.stepMs() < 900 / WANTED_PER_S && this.stage.smaller()) this.times = [];
+    const perSecond = this.perSecond();
+    const drawn = this.stepMs() < 900 / perSecond;
+    if (drawn && perSecond < WANTED_PER_S * 0.97 && this.stage.smaller(perSecond / WANTED_PER_S)) this.times = [];
   }
 
   perSecond(): number {

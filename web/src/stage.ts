@@ -16,7 +16,9 @@ import { TEXT } from "./text/strings";
 const DRAFT = 0.5;
 const FINE = 0.1;
 /** Sides of a living picture, in pixels: fewer where a machine cannot keep up. */
-const SIDES = [640, 560, 480, 416, 352, 288];
+const SIDES = [640, 560, 480, 416, 352, 288, 240];
+/** The side where every pixel is a turn of a loop. */
+const LOOP_SIDE = 288;
 /** Metals and silicon are shown no brighter than this times what they mirror: their colours are those of a bright surface. */
 const BRIGHTEST = 1.6;
 /** Keys that say where the film lies. */
@@ -148,7 +150,8 @@ export class Stage {
     const box = picture.canvas.parentElement as HTMLElement;
     const aspect = aspectOf(state);
     const ratio = this.living() ? 1 : Math.min(devicePixelRatio || 1, 2);
-    const most = this.living() ? SIDES[picture.kind === "canvas" ? SIDES.length - 1 : this.sideIndex] : picture.kind === "canvas" ? 480 : 1000;
+    const [loop, whole] = [picture.kind === "canvas", this.living() ? SIDES[0] : 1000];
+    const most = loop ? (this.living() ? LOOP_SIDE : 480) : this.film.moving ? SIDES[this.sideIndex] : whole;
     const width = Math.max(64, Math.round(Math.min((box.clientWidth || 480) * ratio, most * Math.max(aspect, 1))));
     const height = Math.round(width / aspect);
     const names = OWN_THICKNESS.includes(state.scene) ? [...GEOMETRY_KEYS, "thickness_nm"] : GEOMETRY_KEYS;
@@ -158,10 +161,19 @@ export class Stage {
     picture.setGeometry(geometryOf({ width, height, state, water: this.water }));
   }
 
-  /** Fewer pixels for a living film; false: there are no fewer. */
-  smaller(): boolean {
-    if (this.sideIndex >= SIDES.length - 1) return false;
-    this.sideIndex++;
+  /** The film moves off or comes to rest: as many pixels as there is time for, in sharp colours or fast ones. */
+  filmMoves(): void {
+    if (!this.picture || !this.living()) return;
+    this.updateGeometry();
+    this.draw();
+  }
+
+  /** Fewer pixels for a living film, `share` of those there are or a little less; false: there are no fewer. */
+  smaller(share: number): boolean {
+    const [side, last] = [SIDES[this.sideIndex], SIDES.length - 1];
+    if (this.sideIndex === last) return false;
+    do this.sideIndex++;
+    while (this.sideIndex < last && SIDES[this.sideIndex] ** 2 > share * side ** 2);
     this.updateGeometry();
     return true;
   }
@@ -256,7 +268,7 @@ export class Stage {
       if (this.fieldReady()) this.exposureKey = key;
     }
     const stops = state.scene === "film" ? 0 : this.number("exposure");
-    picture.look = { rgb_from_xyz: this.rgb, exposure: this.automatic * 2 ** stops };
+    picture.look = { rgb_from_xyz: this.rgb, exposure: this.automatic * 2 ** stops, moving: this.living() && this.film.moving };
     if (picture.draw() && this.fieldReady() && !this.firstPicture) this.firstPicture = performance.now();
   }
 

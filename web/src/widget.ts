@@ -81,7 +81,7 @@ function mount({ model, el }: { model: Model; el: HTMLElement }): () => void {
     if (picture.canvas.parentElement !== seen) seen.prepend(picture.canvas);
     const luminances = picture.luminances();
     const bright = luminances[Math.floor(luminances.length * (kind === "bubble" ? 0.96 : 0.995))] || 1;
-    picture.look = { rgb_from_xyz: matrixOf(model), exposure: 0.82 / bright };
+    picture.look = { rgb_from_xyz: matrixOf(model), moving: false, exposure: 0.82 / bright };
     picture.draw();
     picture.canvas.setAttribute("aria-label", String(model.get("_words")));
   };

@@ -2,6 +2,7 @@
 
 import type { Table } from "../core/core";
 import { lookUp } from "../core/look-up";
+import { type Draft, draftOf } from "./draft";
 import { type Field, type Geometry, WALL, thicknessAt } from "./geometry";
 import { FRAGMENT, VERTEX } from "./shader";
 
@@ -10,6 +11,8 @@ export interface Look {
   rgb_from_xyz: ArrayLike<number>;
   /** What X, Y, Z are multiplied by before they are shown. */
   exposure: number;
+  /** The film moves: colours to CIEDE2000 0.5 will do. */
+  moving: boolean;
 }
 
 export interface Pixels {
@@ -39,7 +42,7 @@ export class Picture {
   geometry: Geometry | null = null;
   table: Table | null = null;
   field: Field = NO_FIELD;
-  look: Look = { rgb_from_xyz: [1, 0, 0, 0, 1, 0, 0, 0, 1], exposure: 1 };
+  look: Look = { rgb_from_xyz: [1, 0, 0, 0, 1, 0, 0, 0, 1], exposure: 1, moving: false };
 
   /** `lost`: this canvas draws no more. It keeps its first kind of context, so that another painter needs another canvas. */
   constructor(readonly canvas: HTMLCanvasElement, lost: () => void, without = false) {
@@ -141,6 +144,10 @@ class GlPainter implements Painter {
   private readonly textures = new Map<string, WebGLTexture>();
   private readonly places = new Map<string, WebGLUniformLocation | null>();
   private geometry: Geometry | null = null;
+  private table: Table | null = null;
+  /** The table that the draft on the device was made of. */
+  private drafted: Table | null = null;
+  private hasDraft = false;
   private readonly lost: (event: Event) => void;
 
   constructor(private readonly canvas: HTMLCanvasElement, lost: () => void) {
@@ -149,7 +156,7 @@ class GlPainter implements Painter {
     this.gl = gl;
     this.program = link(gl);
     gl.useProgram(this.program);
-    ["front", "back", "behind", "field", "values", "slopes"].forEach((name, unit) => {
+    ["front", "back", "behind", "field", "values", "slopes", "draft"].forEach((name, unit) => {
       const texture = gl.createTexture();
       if (!texture) throw new Error("no texture");
       gl.activeTexture(gl.TEXTURE0 + unit);
@@ -160,7 +167,9 @@ class GlPainter implements Painter {
       gl.uniform1i(this.place(name), unit);
       this.textures.set(name, texture);
     });
-    this.fill("field", 1, 1, 1, NO_FIELD.thickness_nm);
+    this.setField(NO_FIELD);
+    // A sampler of whole numbers needs a texture of them, used or not.
+    this.fillDraft({ rows: 1, columns: 1, texels: new Uint32Array(4), axes: [0, 1, 0, 1] });
     this.lost = (event) => {
       event.preventDefault();
       lost();
@@ -196,27 +205,63 @@ class GlPainter implements Painter {
     gl.viewport(0, 0, geometry.width, geometry.height);
   }
 
+  private fillDraft({ rows, columns, texels, axes }: Draft): void {
+    const gl = this.gl;
+    gl.activeTexture(gl.TEXTURE0 + [...this.textures.keys()].indexOf("draft"));
+    gl.bindTexture(gl.TEXTURE_2D, this.textures.get("draft") as WebGLTexture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32UI, columns, rows, 0, gl.RGBA_INTEGER, gl.UNSIGNED_INT, texels);
+    gl.uniform4f(this.place("draft_axes"), axes[0], 1 / axes[1], axes[2], 1 / axes[3]);
+  }
+
+  /** Whether there is a draft of the table. It is made when first asked for: most pictures stand still. */
+  private draftReady(): boolean {
+    if (this.drafted === this.table || !this.table) return this.hasDraft;
+    this.drafted = this.table;
+    const draft = draftOf(this.table);
+    this.hasDraft = Boolean(draft);
+    if (draft) this.fillDraft(draft);
+    return this.hasDraft;
+  }
+
   setTable(table: Table): void {
     const gl = this.gl;
-    const count = table.rows * table.columns;
+    this.table = table;
+    const { rows, columns, nodes } = table;
+    const count = rows * columns;
     const [values, slopes] = [new Float32Array(count * 3), new Float32Array(count * 3)];
     for (let i = 0; i < count; i++) {
       for (let k = 0; k < 3; k++) {
-        values[3 * i + k] = table.nodes[6 * i + k];
-        slopes[3 * i + k] = table.nodes[6 * i + 3 + k];
+        values[3 * i + k] = nodes[6 * i + k];
+        slopes[3 * i + k] = nodes[6 * i + 3 + k];
       }
     }
-    this.fill("values", table.columns, table.rows, 3, values);
-    this.fill("slopes", table.columns, table.rows, 3, slopes);
-    gl.uniform2i(this.place("size"), table.columns, table.rows);
+    this.fill("values", columns, rows, 3, values);
+    this.fill("slopes", columns, rows, 3, slopes);
+    gl.uniform2i(this.place("size"), columns, rows);
     gl.uniform4f(this.place("axes"), table.first_nm, table.step_nm, table.first_deg, table.step_deg);
     gl.uniform4f(this.place("limits"), ...table.range_nm, ...table.range_deg);
     gl.uniform1f(this.place("inverse_square"), table.inverse_square);
     gl.uniform3f(this.place("white"), ...table.white);
+    const [x, y, z] = table.white;
+    gl.uniform3f(this.place("over_white"), 1 / x, 1 / y, 1 / z);
   }
 
   setField(field: Field): void {
-    this.fill("field", field.columns, field.rows, 1, field.thickness_nm);
+    const { columns, rows, thickness_nm } = field;
+    const corners = new Float32Array(columns * rows * 4);
+    for (let row = 0; row < rows; row++) {
+      // The first row after the last, for fields that repeat downwards: others never look there.
+      const [here, below] = [row * columns, ((row + 1) % rows) * columns];
+      for (let column = 0; column < columns; column++) {
+        const next = column + 1 < columns ? column + 1 : 0;
+        const n = 4 * (here + column);
+        corners[n] = thickness_nm[here + column];
+        corners[n + 1] = thickness_nm[here + next];
+        corners[n + 2] = thickness_nm[below + column];
+        corners[n + 3] = thickness_nm[below + next];
+      }
+    }
+    this.fill("field", columns, rows, 4, corners);
   }
 
   private run(look: Look, answer: boolean): void {
@@ -227,6 +272,7 @@ class GlPainter implements Painter {
     gl.uniform1i(this.place("flip"), answer ? 0 : 1);
     gl.uniformMatrix3fv(this.place("rgb_from_xyz"), true, Float32Array.from(m));
     gl.uniform1f(this.place("exposure"), look.exposure);
+    gl.uniform1i(this.place("drafting"), +(look.moving && this.draftReady()));
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
@@ -234,7 +280,7 @@ class GlPainter implements Painter {
     if (this.geometry) this.run(look, false);
   }
 
-  /** Drawn into a target of floats and read from there: a canvas has eight bits. */
+  /** Drawn into a target of floats and read from there: a canvas has eight bits. Colours are the table's, moving or not. */
   xyz(): Float32Array {
     const gl = this.gl;
     const { width, height } = this.geometry as Geometry;
@@ -245,7 +291,7 @@ class GlPainter implements Painter {
     gl.renderbufferStorage(gl.RENDERBUFFER, gl.RGBA32F, width, height);
     gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
     gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.RENDERBUFFER, target);
-    this.run({ rgb_from_xyz: [1, 0, 0, 0, 1, 0, 0, 0, 1], exposure: 1 }, true);
+    this.run({ rgb_from_xyz: [1, 0, 0, 0, 1, 0, 0, 0, 1], exposure: 1, moving: false }, true);
     const four = new Float32Array(width * height * 4);
     gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, four);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);

@@ -14,36 +14,39 @@ precision highp sampler2D;
 uniform sampler2D front;    // place, angle in degrees (< 0: none), radiance
 uniform sampler2D back;
 uniform sampler2D behind;   // radiance, share covered by film
-uniform sampler2D field;    // thickness in nm
+uniform sampler2D field;    // thickness in nm of a cell, the one after it, the one below, the one below and after
 uniform sampler2D values;   // X, Y, Z at the nodes of the table
 uniform sampler2D slopes;
+uniform highp usampler2D draft; // for what moves: X, Y, Z of a node and of the next as six halves
+uniform vec4 draft_axes;    // first reduced thickness, 1 / step; first angle, 1 / step
+uniform bool drafting;
 uniform ivec2 size;         // of the table: columns, rows
 uniform vec4 axes;          // first reduced thickness, step; first angle, step
 uniform vec4 limits;        // thickness from, to; angle from, to
 uniform float inverse_square;
 uniform vec3 white;
+uniform vec3 over_white;    // 1 / white
 uniform bvec4 kind;         // walls hold places; the field repeats downwards; walls let light pass; answer X, Y, Z
 uniform mat3 rgb_from_xyz;
 uniform float exposure;
 uniform bool flip;          // the first row of the pixels is at the bottom of the screen
 out vec4 color;
 
+// One texel a place: fetches are most of what a picture costs where there is no graphics device.
 float thickness_at(vec2 place) {
   ivec2 cells = textureSize(field, 0);
+  place.x = fract(place.x);
+  if (kind.y) place.y = fract(place.y);
   vec2 p = place * vec2(cells) - 0.5;
   if (!kind.y) p.y = clamp(p.y, 0.0, float(cells.y - 1));
-  ivec2 low = ivec2(floor(p));
-  vec2 f = p - vec2(low);
-  ivec2 high = low + 1;
-  low.x = (low.x % cells.x + cells.x) % cells.x;
-  high.x = (high.x % cells.x + cells.x) % cells.x;
-  if (kind.y) {
-    low.y = (low.y % cells.y + cells.y) % cells.y;
-    high.y = (high.y % cells.y + cells.y) % cells.y;
-  } else high.y = min(high.y, cells.y - 1);
-  float top = mix(texelFetch(field, low, 0).x, texelFetch(field, ivec2(high.x, low.y), 0).x, f.x);
-  float bottom = mix(texelFetch(field, ivec2(low.x, high.y), 0).x, texelFetch(field, high, 0).x, f.x);
-  return mix(top, bottom, f.y);
+  vec2 low = floor(p);
+  vec2 f = p - low;
+  ivec2 cell = ivec2(low);
+  if (cell.x < 0) cell.x += cells.x;
+  if (cell.y < 0) cell.y += cells.y;
+  vec4 corners = texelFetch(field, cell, 0);
+  vec2 rows = mix(corners.xz, corners.yw, f.x);
+  return mix(rows.x, rows.y, f.y);
 }
 
 // sin^2 of an angle in degrees from 0 to 90, by a polynomial: what a driver's own sine is worth is not said anywhere.
@@ -59,6 +62,14 @@ float sin_squared(float degrees) {
 vec3 film(float nm, float degrees) {
   float angle = clamp(degrees, limits.z, limits.w);
   float v = clamp(nm, limits.x, limits.y) * sqrt(1.0 - sin_squared(angle) * inverse_square);
+  if (drafting) {
+    ivec2 last = textureSize(draft, 0) - 1;
+    float p = clamp((v - draft_axes.x) * draft_axes.y, 0.0, float(last.x));
+    float low = floor(p);
+    uvec4 six = texelFetch(draft, ivec2(int(low), min(int((angle - draft_axes.z) * draft_axes.w + 0.5), last.y)), 0);
+    vec2 middle = unpackHalf2x16(six.y);
+    return mix(vec3(unpackHalf2x16(six.x), middle.x), vec3(middle.y, unpackHalf2x16(six.z)), p - low);
+  }
   float p = max((v - axes.x) / axes.y, 0.0);
   int column = int(min(floor(p), float(size.x - 2)));
   float f = p - float(column);
@@ -88,8 +99,13 @@ vec3 wall(vec4 w) {
   return film(kind.x ? thickness_at(w.xy) : w.x, w.z);
 }
 
-float curve(float x) {
-  return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1.0 / 2.4) - 0.055;
+// The sRGB curve of 0 to 1 to 0.01 of a step of eight bits, by roots: x^(1/2.4) itself takes a logarithm and a power.
+// The numbers are a least-squares fit of 1.055 x^(1/2.4) - 0.055 over 0.0031308 to 1, its largest error weighed down.
+vec3 curve(vec3 x) {
+  vec3 s = sqrt(x);
+  vec3 q = sqrt(s);
+  vec3 high = 0.6539859249 * s + 0.6887108621 * q - 0.3184722845 * sqrt(q) - 0.0201880726 * x - 0.0040677372;
+  return mix(high, 12.92 * x, vec3(lessThanEqual(x, vec3(0.0031308))));
 }
 
 void main() {
@@ -102,12 +118,12 @@ void main() {
     vec3 mirrored = wall(near);
     vec3 seen = mirrored * near.w;
     if (kind.z) {
-      vec3 through = 1.0 - mirrored / white;
+      vec3 through = 1.0 - mirrored * over_white;
       vec4 far = texelFetch(back, pixel, 0);
       vec3 beyond = white * rest.x;
       if (far.z >= 0.0) {
         vec3 inner = wall(far);
-        beyond = beyond * (1.0 - inner / white) + inner * through * far.w;
+        beyond = beyond * (1.0 - inner * over_white) + inner * through * far.w;
       }
       seen += beyond * through;
     }
@@ -125,5 +141,5 @@ void main() {
   float most = max(rgb.x, max(rgb.y, rgb.z));
   if (most > 1.0) rgb = luminance + (rgb - luminance) * (1.0 - luminance) / max(most - luminance, 1e-9);
   rgb = clamp(rgb, 0.0, 1.0);
-  color = vec4(curve(rgb.x), curve(rgb.y), curve(rgb.z), 1.0);
+  color = vec4(curve(rgb), 1.0);
 }`;

@@ -52,7 +52,7 @@ export function paintStrip(canvas: HTMLCanvasElement, app: App, xyz: Float64Arra
   let most = 0;
   for (let i = 0; i < count; i++) most = Math.max(most, xyz[3 * i + 1]);
   const image = context.createImageData(count, 1);
-  const bright = { rgb_from_xyz: look.rgb_from_xyz, exposure: most > 0 ? 0.82 / most : 1 };
+  const bright = { rgb_from_xyz: look.rgb_from_xyz, moving: false, exposure: most > 0 ? 0.82 / most : 1 };
   for (let i = 0; i < count; i++) {
     shown(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2], bright, image.data, 4 * i);
     image.data[4 * i + 3] = 255;

@@ -485,6 +485,27 @@ test("the bubble lives: it flows, and a finger stirs it", async (t) => {
     const after = await one.page.evaluate(() => ({ ...window.iridesce.flow(), stats: window.iridesce.stats() }));
     assert.ok(after.time_s > before.time_s + 0.5, `${before.time_s} ${after.time_s}`);
     t.diagnostic(`${after.stats.pictures_per_s.toFixed(1)} pictures/s, step ${after.stats.step_ms.toFixed(1)} ms`);
+    // What moves is drawn from a draft of the table; at rest the table itself is read, at full size.
+    const draft = await one.page.evaluate(async () => {
+      const { iridesce } = window;
+      iridesce.set({ playing: false });
+      await new Promise((resolve) => setTimeout(resolve, 1500));
+      const canvas = document.querySelector("#picture canvas");
+      const gl = canvas.getContext("webgl2");
+      const drafting = gl.getUniformLocation(gl.getParameter(gl.CURRENT_PROGRAM), "drafting");
+      const [exact, quick] = [0, 1].map((is) => {
+        gl.uniform1i(drafting, is);
+        gl.drawArrays(gl.TRIANGLES, 0, 3);
+        const bytes = new Uint8Array(4 * canvas.width * canvas.height);
+        gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+        return bytes;
+      });
+      const off = exact.map((byte, i) => Math.abs(byte - quick[i]));
+      const share = (least) => off.filter((by) => by >= least).length / off.length;
+      return { width: canvas.width, different: share(1), far: share(3) };
+    });
+    assert.ok(draft.width >= 600, JSON.stringify(draft));
+    assert.ok(draft.different > 0 && draft.different < 0.05 && draft.far < 5e-4, JSON.stringify(draft));
     assert.deepEqual(one.errors, []);
   } finally {
     await one.close();
