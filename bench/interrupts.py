@@ -80,6 +80,64 @@ CALLS = {
         "ir.Scene.load(scene, allow_outside=True)",
     ),
 }
+# Last words of the calls that read large files.
+READ = ("png", "exr", "hdr", "progressive", "ply", "obj", "mesh")
+MEDIA = (
+    'media=["SiO2", "TiO2", "MgF2", "Si3N4", "Al2O3", "Ta2O5", "HfO2", "PMMA", "ZnS"], substrate="Si", layers=(1, 2, 3)'
+)
+SHEET = (
+    "shape = {'mesh': {'file': folder + '/sheet.' + ending}}\n"
+    "film = {'film': {'medium': 'soap', 'thickness_nm': 300.0}}\n"
+    "light = [{'environment': {'illuminant': 'D65'}}]\n"
+    "scene = {'version': 1, 'camera': {'resolution': [8, 8]}, 'object': [{'shape': shape, 'surface': film}], 'light': light}\n"
+    "scene = ir.Scene.load(scene, allow_outside=True)"
+)
+CALLS |= {
+    "photograph jpeg, progressive": (
+        "camera = dict(camera='srgb', illuminant='D65')",
+        "ir.map_thickness(folder + '/photo.jpg', 'air / soap ? / air', **camera)",
+    ),
+    "mesh ply": ("ending = 'ply'\n" + SHEET, "scene.resolve()"),
+    "mesh obj": ("ending = 'obj'\n" + SHEET, "scene.resolve()"),
+    "render of a mesh": (
+        "ending = 'ply'\n" + SHEET + "\nscene.resolve()",
+        "ir.render(scene, samples=4096, size=(512, 512))",
+    ),
+    "map_thickness": (
+        "nm = np.linspace(150, 900, 1600) + 100 * np.sin(np.arange(1200)[:, None] / 99)\n"
+        "photo = ir.Stack(['air', ir.Layer('soap', nm), 'air']).color(space='linear-srgb')\n"
+        "camera = dict(camera='srgb', illuminant='D65')",
+        "[ir.map_thickness(photo, 'air / soap ? / air', **camera) for _ in range(9)]",
+    ),
+    "map_thickness_video": (
+        "nm = np.linspace(150, 900, 640) + 100 * np.sin(np.arange(480)[:, None] / 99)\n"
+        "photo = ir.Stack(['air', ir.Layer('soap', nm), 'air']).color(space='linear-srgb')\n"
+        "camera = dict(camera='srgb', illuminant='D65')",
+        "list(ir.map_thickness_video([photo] * 40, 'air / soap ? / air', **camera))",
+    ),
+    "fit_series": (
+        "nm = np.arange(450.0, 800.0, 1.0)\n"
+        "film = ir.Stack(['air', ir.Layer('soap', thickness_nm=np.linspace(2400.0, 900.0, 400)[:, None]), 'air'])\n"
+        "r = film.reflectance(nm)",
+        "[ir.fit_series(nm, r, 'air / soap ? / air') for _ in range(9)]",
+    ),
+    "recipes": ("", f"[ir.recipes([40.0, 10.0, -40.0], {MEDIA}) for _ in range(9)]"),
+    "sweep of colours": (
+        "",
+        "ir.sweep('air / soap 320 / air', {'layers.0.thickness_nm': np.linspace(0, 999, 50_000)})",
+    ),
+    "sweep of pictures": (
+        "",
+        "ir.sweep('soap-bubble', {'render.seed': range(1, 1000)}, store=folder + f'/{os.getpid()}')",
+    ),
+    "export": ("", "[ir.export('soap-bubble', 'usd', folder + f'/e{os.getpid()}.{i}') for i in range(999)]"),
+    "merge": (
+        "image = ir.render('wafer', samples=1, size=(1024, 1024))\n"
+        "parts = [folder + f'/{os.getpid()}-{i}.exr' for i in (1, 2)]\n"
+        "for i, part in enumerate(parts): ir.render('wafer', samples=1, size=(1024, 1024), shard=(i + 1, 2)).save(part)",
+        "[ir.merge(parts) for _ in range(999)]",
+    ),
+}
 COMMANDS = {
     "iridesce render": "render soap-bubble --samples 4096 -o x.png",
     "iridesce animate": "animate soap-bubble --seconds 10 --fps 30 --samples 64 -o x.mp4 --size 256x256",
@@ -128,7 +186,32 @@ def large_files(folder: Path) -> None:
     (folder / "map.png").write_bytes(b"".join([*png, chunk(b"IEND", b"")]))
     ir.thickness.ThicknessMap(values.astype(np.float64)).save(folder / "map.exr")
     pixels = np.random.default_rng(3).integers(1, 255, (side // 2, side, 4), np.uint8)
+    from PIL import Image
+
+    grey = Image.fromarray((values >> 8).astype(np.uint8))
+    Image.merge("RGB", [grey] * 3).save(folder / "photo.jpg", progressive=True, quality=60)
+    sheet(folder)
     (folder / "sky.hdr").write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4096 +X 8192\n" + pixels.tobytes())
+
+
+def sheet(folder: Path) -> None:
+    """A wavy sheet of 2 million triangles, as PLY and OBJ."""
+    import numpy as np
+
+    side = 1000
+    i, j = (axis.ravel() for axis in np.meshgrid(np.arange(side), np.arange(side)))
+    places = np.column_stack([i, j, 9.0 * np.sin(i * 0.05) * np.cos(j * 0.03)]).astype("<f4")
+    at = (np.arange(side - 1) + side * np.arange(side - 1)[:, None]).ravel()
+    corners = np.concatenate([at[:, None] + [0, 1, side], at[:, None] + [1, side + 1, side]]).astype("<i4")
+    faces = np.zeros(len(corners), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"], faces["corners"] = 3, corners
+    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(places)}\n"
+    head += "".join(f"property float {axis}\n" for axis in "xyz")
+    head += f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    (folder / "sheet.ply").write_bytes(head.encode() + places.tobytes() + faces.tobytes())
+    with (folder / "sheet.obj").open("w") as file:
+        np.savetxt(file, places, "v %g %g %g")
+        np.savetxt(file, corners + 1, "f %d %d %d")
 
 
 def one_script(name: str, folder: Path, delay: float, first: bool) -> float | None:
@@ -185,7 +268,7 @@ def main() -> None:
 
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        if any(wanted(name) and ("load" in name or "hdr" in name) for name in CALLS):
+        if any(wanted(name) and name.split()[-1] in READ for name in CALLS):
             large_files(folder)
         print(f"{'call':<32} {'worst, ms':>10} {'median':>8} {'first call':>11}")
         for name in filter(wanted, CALLS):

@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 import shutil
 import subprocess
-from collections.abc import Iterator, Sequence
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from iridesce.files.trees import from_toml
 from iridesce.files.whole import check_place, read_whole, write_whole
+from iridesce.image import Image
+from iridesce.rendering.pictures import draw
 from iridesce.scene import Scene
 
 # What a video file's ending asks of ffmpeg. Quality where nothing of the film's fine structure is lost to the eye.
@@ -216,12 +220,59 @@ def scene_at(scene: Scene, films: Sequence[FlowingFilm], film_s: float, camera: 
     return scene
 
 
+def draw_frame(now: Scene, samples: int, size: tuple[int, int] | None, threads: int | None) -> Image:
+    """The picture of a frame."""
+    return draw(now, {"samples": samples, "size": size, "threads": threads}, None)
+
+
+def standing_films(scene: Scene, films: Sequence[FlowingFilm]) -> list[bytes | None]:
+    """Where the films stand; None for one that has not flowed."""
+    return [scene._core.standing(*film.which) for film in films]
+
+
 def keep_films(scene: Scene, films: Sequence[FlowingFilm], folder: Path) -> None:
     """Write where the films stand, so that another run can go on from there."""
-    for number, film in enumerate(films):
-        standing = scene._core.standing(*film.which)
-        if standing is not None:
-            write_whole(folder / f"film_{number}.irflow", standing)
+    write_films(standing_films(scene, films), folder)
+
+
+def write_films(standing: Sequence[bytes | None], folder: Path) -> None:
+    """Write where films stood."""
+    for number, content in enumerate(standing):
+        if content is not None:
+            write_whole(folder / f"film_{number}.irflow", content)
+
+
+class Beside:
+    """One thread that saves frames and lets films flow on while the next frame is drawn; whoever leaves stops it.
+
+    >>> with Beside() as beside:
+    ...     beside.do(len, "frame").result()
+    5
+    """
+
+    def __init__(self) -> None:
+        self._left = threading.Event()
+        self._pool = ThreadPoolExecutor(1, thread_name_prefix="iridesce")
+
+    def __enter__(self) -> Beside:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._left.set()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+    def do(self, work: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """Do this after what was asked for before."""
+        return self._pool.submit(work, *arguments)
+
+    def flow(self, scene: Scene) -> Future[Any]:
+        """Let the films of a scene flow; they stop where whoever asked has left."""
+
+        def tell(*_: object) -> None:
+            if self._left.is_set():
+                raise InterruptedError
+
+        return self.do(scene._core.resolve, tell)
 
 
 def take_up_films(scene: Scene, films: Sequence[FlowingFilm], folder: Path) -> None:

@@ -11,6 +11,7 @@ from iridesce._progress import progress_bar
 from iridesce.image import Image
 from iridesce.rendering import merge, render
 from iridesce.rendering.animation import FlowingFilm, scene_at
+from iridesce.rendering.animation import draw_frame as frame_picture
 from iridesce.scene import Scene
 from iridesce.sweeping.cluster import opened
 from iridesce.sweeping.subjects import SceneSubject
@@ -34,7 +35,7 @@ def draw_frame(
     subject = subject_at_home(sent)
     assert isinstance(subject, SceneSubject)
     now = scene_at(subject.scene, films, film_s, camera)
-    image = render(now, samples=asked["samples"], size=asked["size"], threads=threads or 1)
+    image = frame_picture(now, asked["samples"], asked["size"], threads or 1)
     stops = image.exposure_stops(exposure)
     contents = []
     with tempfile.TemporaryDirectory(prefix="iridesce-") as folder:

@@ -18,6 +18,9 @@ from iridesce.cli.run_folder import RunFolder
 from iridesce.files.whole import check_place, read_whole, write_whole
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+
+    from iridesce.image import Image
     from iridesce.rendering.animation import CameraPath, FlowingFilm
     from iridesce.scene import Scene
 
@@ -46,7 +49,10 @@ def verb(
         typer.Option(help="Camera path, TOML: [[key]] with time_s and some of position, target, fov_deg."),
     ] = None,
     size: Annotated[str | None, typer.Option(metavar="WxH", help="Width and height in pixels, as in 1280x720.")] = None,
-    samples: Annotated[int | None, typer.Option(help="Camera rays per pixel; 12 if not given.")] = None,
+    samples: Annotated[
+        int | None,
+        typer.Option(help="Camera rays per pixel; 12 if not given."),
+    ] = None,
     columns: Annotated[
         int | None, typer.Option(help="Cells around of films that flow; their own if not given.")
     ] = None,
@@ -194,36 +200,65 @@ def _draw(shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
     """Every frame that is not there yet; how many those were, and the exposure of all."""
     import warnings
 
-    import iridesce as ir
     from iridesce.rendering import animation
 
     asked, folder = shot.run.asked, shot.run.folder
     size = None if asked["size"] is None else (asked["size"][0], asked["size"][1])
     width, height = shot.scene.to_dict()["camera"]["resolution"]
-    own_size = (int(width), int(height))
-    drawn = 0
-    with progress_bar("frames", counted=True) as advance:
-        for number in range(count):
-            files = list(animation.frame_names(folder, number, shot.formats))
-            if stops is not None and all(is_whole(file, size or own_size) for file in files):
-                advance(number + 1, count)
-                continue
-            time_s = number / shot.fps
-            film_s = shot.start + shot.speed * time_s
-            now = animation.scene_at(shot.scene, shot.films, film_s, shot.path.at(time_s))
+    wanted = size or (int(width), int(height))
+    names = [list(animation.frame_names(folder, number, shot.formats)) for number in range(count)]
+    missing = [n for n in range(count) if stops is None or not all(is_whole(file, wanted) for file in names[n])]
+
+    def scene(number: int) -> Scene:
+        time_s = number / shot.fps
+        return animation.scene_at(shot.scene, shot.films, shot.start + shot.speed * time_s, shot.path.at(time_s))
+
+    def save(image: Image, files: list[Path], exposure: float, standing: list[bytes | None]) -> None:
+        for file in files:
+            image.save(file, exposure=exposure)
+        animation.write_films(standing, folder)
+
+    done = count - len(missing)
+    saved: Future[Any] | None = None
+    with progress_bar("frames", counted=True) as advance, animation.Beside() as beside:
+        advance(done, count)
+        flowed = beside.flow(scene(missing[0])) if missing else None
+        for drawn, number in enumerate(missing, start=1):
+            assert flowed is not None
+            _waited(flowed)
+            # The films stand at this frame now, and flow on to the next while it is drawn.
+            standing = animation.standing_films(shot.scene, shot.films)
+            if drawn < len(missing):
+                flowed = beside.flow(scene(missing[drawn]))
             with warnings.catch_warnings():
                 # What there is to say of media is said once.
-                warnings.simplefilter("default" if drawn == 0 else "ignore")
-                image = ir.render(now, samples=asked["samples"], size=size, threads=shot.threads)
+                warnings.simplefilter("default" if drawn == 1 else "ignore")
+                image = animation.draw_frame(scene(number), asked["samples"], size, shot.threads)
             if stops is None:
                 stops = image.exposure_stops(asked["exposure"])
                 shot.run.start(stops=stops)
-            for file in files:
-                image.save(file, exposure=stops)
-            animation.keep_films(shot.scene, shot.films, folder)
-            drawn += 1
-            advance(number + 1, count)
-    return drawn, 0.0 if stops is None else stops
+            if saved is not None:
+                _waited(saved)
+                advance(done + drawn - 1, count)
+            saved = beside.do(save, image, names[number], stops, standing)
+        if saved is not None:
+            _waited(saved)
+            advance(count, count)
+    return len(missing), 0.0 if stops is None else stops
+
+
+def _waited(asked: Future[Any]) -> None:
+    """Wait for what is done beside; Ctrl-C is heard within 50 ms on every platform, and its errors are told here."""
+    from concurrent.futures import TimeoutError
+
+    while True:
+        try:
+            asked.result(timeout=0.05)
+        except TimeoutError:
+            if asked.done():
+                raise
+        else:
+            return
 
 
 def _draw_by(address: str, shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from iridesce.cli.answers import print_json
+from iridesce.cli.answers import note, print_json
 from iridesce.cli.options import JsonOption, OutsideOption
 from iridesce.cli.reading import load_scene
 
@@ -32,7 +32,10 @@ def verb(
         return
     if scene is None:
         raise typer.BadParameter("name a scene, or --schema", param_hint="SCENE")
-    tree = load_scene(scene, allow_outside).to_dict()
+    loaded = load_scene(scene, allow_outside)
+    for words in loaded._core.notes():
+        note(words)
+    tree = loaded.to_dict()
     if as_json:
         print_json(tree)
     else:
