@@ -94,10 +94,14 @@ docs: build ## the documentation site in docs/_build/html, with the live page; w
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r $(VENV)/docs.txt
 	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build/html
 
+# The library says nothing of where it was built: panics of packages name `cargo/registry/...`. (Elsewhere: RUSTFLAGS of your own.)
+NO_HOME = $(RUSTFLAGS) --remap-path-prefix=$(or $(CARGO_HOME),$(HOME)/.cargo)=cargo \
+	--remap-path-prefix=$(or $(RUSTUP_HOME),$(HOME)/.rustup)=rustup --remap-path-prefix=$(CURDIR)=.
+
 # The package is installed as a user installs it (a wheel, not an editable link), so that the tests also ask whether
 # everything needed is inside. No build isolation: maturin is in the environment already, which saves a download a run.
 build: $(VENV)/tools ## build the package and install it into the test environment
-	PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python -m pip install --quiet --no-build-isolation --no-deps --force-reinstall .
+	RUSTFLAGS="$(NO_HOME)" PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python -m pip install --quiet --no-build-isolation --no-deps --force-reinstall .
 
 $(VENV)/tools: pyproject.toml
 	@test -n "$(PYTHON)" || { echo "make: no Python >= 3.11 found; set PYTHON=/path/to/python" >&2; exit 1; }
@@ -120,7 +124,7 @@ reference: build ## the reference suite: charts and scenes with spectral truth, 
 	$(BIN)/python tools/data/reference_suite.py
 
 wheel: $(VENV)/tools ## a wheel for this platform in dist/
-	$(BIN)/maturin build --release --locked --out dist
+	RUSTFLAGS="$(NO_HOME)" $(BIN)/maturin build --release --locked --out dist
 
 wheel-check: wheel ## install that wheel into a clean environment, without Rust in reach, and ask it for numbers
 	$(BIN)/python tools/release/check_wheel.py dist

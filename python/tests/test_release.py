@@ -92,13 +92,13 @@ def test_a_wrong_answer_is_not_taken(tmp_path: Path) -> None:
     assert ask(tmp_path, wrong).returncode != 0
 
 
-def wheel(folder: Path, name: str, *left_out: str) -> Path:
+def wheel(folder: Path, name: str, *left_out: str, library: str = "") -> Path:
     licences = [f"iridesce-1.0.dist-info/licenses/{text}" for text in ("LICENSE-MIT", "LICENSE-APACHE", NOTICES.name)]
     path = folder / name
     with zipfile.ZipFile(path, "w") as archive:
         for member in ("iridesce/_core.abi3.so", "iridesce/_core.pyi", "iridesce/py.typed", *licences):
             if not any(part in member for part in left_out):
-                archive.writestr(member, "")
+                archive.writestr(member, library if "_core.abi3" in member else "")
     return path
 
 
@@ -109,6 +109,13 @@ def test_a_wheel_is_looked_into(tmp_path: Path) -> None:
     for part in ("_core.abi3.so", "py.typed", "LICENSE-MIT", NOTICES.name):
         with pytest.raises(AssertionError):
             check_wheel.check_contents(wheel(tmp_path, "iridesce-1.0-cp311-abi3-any.whl", part))
+
+
+@pytest.mark.parametrize("home", ["/home/me/.cargo/registry/src/exr", "C:\\Users\\me\\.cargo\\registry\\src\\exr"])
+def test_a_library_says_nothing_of_its_builder(tmp_path: Path, home: str) -> None:
+    check_wheel.check_contents(wheel(tmp_path, "iridesce-1.0-cp311-abi3-any.whl", library="cargo/registry/src/exr"))
+    with pytest.raises(AssertionError, match="names the home of its builder"):
+        check_wheel.check_contents(wheel(tmp_path, "iridesce-1.0-cp311-abi3-any.whl", library=home))
 
 
 def test_a_path_without_rust_keeps_the_rest(tmp_path: Path) -> None:

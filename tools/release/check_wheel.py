@@ -61,11 +61,17 @@ def without_rust(path: str) -> str:
 
 
 def check_contents(wheel: Path) -> None:
-    """One extension module for every Python from 3.11 on, the licences, the types."""
+    """One extension module for every Python from 3.11 on, without the paths of whoever built it; the licences, the types."""
     assert "-cp311-abi3-" in wheel.name, f"{wheel.name} is no abi3 wheel"
-    names = zipfile.ZipFile(wheel).namelist()
+    archive = zipfile.ZipFile(wheel)
+    names = archive.namelist()
     modules = [name for name in names if name.startswith("iridesce/_core.") and name.endswith((".so", ".pyd"))]
     assert len(modules) == 1, modules
+    library = archive.read(modules[0])
+    for home in (b"/.cargo/registry/", b"\\.cargo\\registry\\", b"/.rustup/"):
+        assert home not in library, (
+            f"{modules[0]} names the home of its builder: build it with RUSTFLAGS as `make wheel` does"
+        )
     for wanted in ("iridesce/py.typed", "iridesce/_core.pyi"):
         assert wanted in names, f"{wanted} is missing"
     for wanted in ("LICENSE-MIT", "LICENSE-APACHE", "THIRD-PARTY-LICENSES.txt"):
