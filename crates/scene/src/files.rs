@@ -1,6 +1,7 @@
 //! Files that a scene names: found beside it and asked whether they are ordinary ones; read whole, and once, when the
 //! scene is resolved.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use iridesce_files::{
@@ -12,16 +13,33 @@ use iridesce_numerics::Watch;
 use iridesce_thickness::ThicknessMap;
 
 use crate::affine::Affine;
+use crate::builtin::builtin_file;
 use crate::cache::Cache;
 use crate::error::SceneError;
 use crate::model::{MapFile, Origin, Unit};
 use crate::texture::{Planes, reflectance_planes, reflectance_spectrum, roughness_plane};
 
-/// The file that a scene calls `name`: it is there, an ordinary one, and where the scene may read. Nothing of it is read.
+/// The file that a scene calls `name`: it is there, an ordinary one, and where the scene may read, or comes with the
+/// program. Nothing of it is read.
 pub fn map_file(origin: &Origin, name: &str) -> Result<MapFile, SceneError> {
-    let path = origin.resolve(name)?;
-    check_ordinary(&path).map_err(|why| SceneError::new(format!("{} cannot be used as a map: {why}", quoted(name))))?;
+    let path = match builtin_file(name) {
+        Some(found) => found.map(|_| PathBuf::from(name))?,
+        None => {
+            let path = origin.resolve(name)?;
+            check_ordinary(&path)
+                .map_err(|why| SceneError::new(format!("{} cannot be used as a map: {why}", quoted(name))))?;
+            path
+        }
+    };
     Ok(MapFile { name: name.to_owned(), path, channel: None, page: None })
+}
+
+/// What is in a file that a scene names.
+fn content(file: &MapFile, most: u64, watch: &Watch) -> Result<Vec<u8>, String> {
+    match builtin_file(&file.name) {
+        Some(found) => found.map(<[u8]>::to_vec).map_err(|e| e.message),
+        None => read_whole_watched(&file.path, most, watch),
+    }
 }
 
 /// The maps that scenes have read, so that changing a value of a scene does not read them again.
@@ -51,7 +69,7 @@ impl Maps {
     /// The environment map in a file.
     pub fn environment(&self, file: &MapFile, watch: &Watch) -> Result<Arc<EnvironmentMap>, SceneError> {
         self.environments.get(file, || {
-            read_whole_watched(&file.path, MAX_ENVIRONMENT_BYTES, watch)
+            content(file, MAX_ENVIRONMENT_BYTES, watch)
                 .and_then(|bytes| read_environment(&bytes, file.channel.as_deref(), watch))
                 .map(|(map, _)| (size_of_val(map.rgb.as_slice()), Arc::new(map)))
                 .map_err(|why| cannot_be_used(file, "an environment map", &why))
@@ -62,7 +80,7 @@ impl Maps {
     pub fn thickness(&self, file: &MapFile, watch: &Watch) -> Result<Grid, SceneError> {
         let choice = MapChoice { channel: file.channel.as_deref(), page: file.page };
         self.thicknesses.get(file, || {
-            read_whole_watched(&file.path, MAX_GRID_BYTES, watch)
+            content(file, MAX_GRID_BYTES, watch)
                 .and_then(|bytes| read_grid(&bytes, &choice, watch))
                 .map(|grid| (grid.bytes(), grid))
                 .map_err(|why| cannot_be_used(file, "a thickness map", &why))
@@ -78,7 +96,7 @@ impl Maps {
     /// The reflectance map in a file.
     pub fn reflectance(&self, file: &MapFile, watch: &Watch) -> Result<Planes, SceneError> {
         self.reflectances.get(file, || {
-            read_whole_watched(&file.path, MAX_PHOTOGRAPH_BYTES, watch)
+            content(file, MAX_PHOTOGRAPH_BYTES, watch)
                 .and_then(|bytes| read_photograph(&bytes, &MapChoice::default(), watch))
                 .and_then(|picture| Ok((picture.width * picture.height * 24, reflectance_planes(&picture)?)))
                 .map_err(|why| cannot_be_used(file, "a reflectance map", &why))
@@ -87,11 +105,9 @@ impl Maps {
 
     /// The reflectances in a spectrometer's file.
     pub fn spectrum(&self, file: &MapFile, watch: &Watch) -> Result<Arc<[(f64, f64)]>, SceneError> {
-        read_whole_watched(&file.path, MAX_SPECTRUM_BYTES, watch)
-            .and_then(|bytes| reflectance_spectrum(&bytes))
-            .map_err(|why| {
-                SceneError::new(format!("{} cannot be used as a reflectance spectrum: {why}", quoted(&file.name)))
-            })
+        content(file, MAX_SPECTRUM_BYTES, watch).and_then(|bytes| reflectance_spectrum(&bytes)).map_err(|why| {
+            SceneError::new(format!("{} cannot be used as a reflectance spectrum: {why}", quoted(&file.name)))
+        })
     }
 
     /// The mesh in a file, in scene units.
@@ -107,9 +123,7 @@ impl Maps {
         };
         self.meshes.get(&(file.clone(), unit), || {
             MeshFormat::of(&file.path)
-                .and_then(|format| {
-                    decode_mesh(&read_whole_watched(&file.path, MAX_MESH_BYTES, watch)?, format, &beside)
-                })
+                .and_then(|format| decode_mesh(&content(file, MAX_MESH_BYTES, watch)?, format, &beside))
                 .map(|mut mesh| {
                     if mesh.is_in_metres {
                         let per_metre = 1000.0 / unit.millimetres();
@@ -131,7 +145,7 @@ impl Maps {
     /// The transforms in a file.
     pub fn transforms(&self, file: &MapFile, watch: &Watch) -> Result<Arc<[Affine]>, SceneError> {
         self.transforms.get(file, || {
-            read_whole_watched(&file.path, MAX_GRID_BYTES, watch)
+            content(file, MAX_GRID_BYTES, watch)
                 .and_then(|bytes| decode_transforms(&bytes))
                 .map(|rows| {
                     let all: Arc<[Affine]> = rows.into_iter().map(|rows| Affine { rows }).collect();

@@ -377,12 +377,31 @@ fn an_illuminant_may_be_a_table_beside_the_scene() {
 }
 
 #[test]
+fn files_of_the_program_are_there_for_every_scene() {
+    let with = |map: &str| {
+        let text = format!(
+            "version = 1\n[camera]\n[[object]]\nbump = {{ map = \"{map}\", height = 0.1 }}\n[[light]]\nenvironment = {{ illuminant = \"E\" }}"
+        );
+        let nowhere = Origin { folder: Some("no/such/folder".into()), ..Origin::default() };
+        Scene::from_toml(&text, nowhere)
+    };
+    let scene = with("builtin:asphalt.png").unwrap();
+    assert!(resolve(&scene, &Context::default(), &Watch::new()).is_ok());
+    let error = with("builtin:asphalt.pgn").unwrap_err();
+    assert_eq!(error.key.as_deref(), Some("object.bubble.bump.map"));
+    assert!(error.message.contains("did you mean \"asphalt.png\""), "{error}");
+    let error = with("./builtin:asphalt.png").unwrap_err();
+    assert!(error.message.starts_with("cannot open"), "{error}");
+}
+
+#[test]
 fn built_in_scenes_are_texts_to_start_from() {
     assert!(builtin_text("soap-bubble").unwrap().contains("builtin = \"studio\""));
     assert!(builtin_text("soap-buble").unwrap_err().message.contains("did you mean \"soap-bubble\""));
     assert!(Scene::builtin("kaleidoscope").unwrap_err().message.contains("soap-bubble"));
     for name in iridesce_scene::builtin_names() {
         let scene = Scene::builtin(name).unwrap();
+        resolve(&scene, &Context::default(), &Watch::new()).unwrap_or_else(|e| panic!("{name}: {e}"));
         let again = Scene::from_node(scene.tree(), Origin::default()).unwrap();
         assert_eq!(scene.to_json(), again.to_json(), "{name}");
     }

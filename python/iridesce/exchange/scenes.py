@@ -94,6 +94,8 @@ def thickness_grid(item: Mapping[str, Any], recipe: Mapping[str, Any], unit: str
     surface = surface_of(item["shape"])
     u = (np.arange(columns) + 0.5)[None, :] / columns
     v = 1.0 - (np.arange(rows) + 0.5)[:, None] / rows
+    if str(recipe.get("map", "")).startswith("builtin:"):
+        return _by_render(recipe)
     if "map" in recipe:
         path = Path(recipe["map"])
         ends = {key: recipe.get(key) for key in ("min_nm", "max_nm")}

@@ -192,7 +192,11 @@ class Scene:
     def _identity(self) -> tuple[Any, ...]:
         """What makes two scenes equal: the same tree, and the same folder where a file is named in it."""
         lights = [light["environment"] for light in self.to_dict()["light"]]
-        names_files = any("map" in light or light.get("illuminant", "").lower().endswith(".csv") for light in lights)
+        names_files = any(
+            not light.get("map", "builtin:").startswith("builtin:")
+            or light.get("illuminant", "").lower().endswith(".csv")
+            for light in lights
+        )
         return self.to_json(), self._core.folder if names_files else None
 
 
