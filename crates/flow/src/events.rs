@@ -161,13 +161,15 @@ pub fn regenerate(
     let area = 0.478 * std::f64::consts::PI * p.patch_m * p.patch_m;
     let speed =
         p.speed * p.regeneration * p.tension / p.viscosity / p.meniscus_m.powf(1.5) / (area * (1.0 - p.patch_ratio));
+    // A wider meniscus pulls less.
+    let below = if p.bottom_meniscus_m > 0.0 { (p.meniscus_m / p.bottom_meniscus_m).powf(1.5) } else { 1.0 };
     let means = beside(grid, p, rim, h);
     let mut sums = Vec::with_capacity(means.len() + 1);
     let mut sum = 0.0;
     sums.push(0.0);
     for (k, mean) in means.iter().enumerate() {
         // As many columns' worth as the place is long.
-        let columns = if k < n { 1.0 } else { grid.dy / grid.width[0] };
+        let columns = if k < n { below } else { grid.dy / grid.width[0] };
         sum += columns * speed * mean.max(0.0).powf(1.5);
         sums.push(sum);
     }

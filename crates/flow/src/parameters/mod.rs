@@ -59,6 +59,12 @@ impl Parameters {
                     format!("must be 0 for a bubble, which has no frame, got {:?}", self.tilt_deg),
                 );
             }
+            Shape::Sphere { .. } if self.bottom_meniscus_m != 0.0 => {
+                return wrong(
+                    "bottom_meniscus_m",
+                    format!("must be 0 for a bubble, whose rim has meniscus_m, got {:?}", self.bottom_meniscus_m),
+                );
+            }
             _ => {}
         }
         for (key, value, least) in [("columns", self.columns, 16), ("rows", self.rows, 8)] {

@@ -52,7 +52,8 @@ impl Parameters {
         if PRESETS.contains(&name) && name.contains(WIDE) {
             let mut film = Parameters::preset(&name.replace(WIDE, ""))?;
             film.set_sides(Sides::Periodic.name())?;
-            return Ok(film);
+            // What the borders do not take leaves at the bottom alone.
+            return Ok(Parameters { bottom_meniscus_m: 0.0, ..film });
         }
         let dome = Parameters::dome();
         let free = Parameters {
@@ -92,6 +93,9 @@ impl Parameters {
             noise_longest_m: 0.01,
             noise_shortest_m: 0.001,
             evaporation: 10e-9,
+            // It stands on a bath: a static meniscus touches a vertical film at sqrt(2) capillary lengths above the bath
+            // and is curved as rho g times that over sigma there (Landau and Lifshitz, Fluid Mechanics, section 61).
+            bottom_meniscus_m: 1.24e-3,
             ..dome.clone()
         };
         // Previews: as fine as one core can show in real time at 30 pictures/s, steps of a picture or half of one. Patches

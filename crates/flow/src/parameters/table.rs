@@ -141,6 +141,8 @@ numbers! {
     regeneration: "regeneration" * 1.0, NotNegative, 0.06;
     /// Radius of the meniscus, m.
     meniscus_m: "meniscus_m" * 1.0, Positive, 0.3e-3;
+    /// Radius of the meniscus along the lower border of a plane, m; 0 if it is that of the others. A bubble has no other.
+    bottom_meniscus_m: "bottom_meniscus_m" * 1.0, NotNegative, 0.0;
     /// Mean radius of a regenerated patch, m.
     patch_m: "patch_m" * 1.0, Positive, 2e-3;
     /// Thickness of a patch as a share of the film next to it.
