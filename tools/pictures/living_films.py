@@ -14,8 +14,8 @@ import iridesce as ir
 from iridesce.thickness import ThicknessMap, simulate
 
 SHOWN = {
-    "bubble-on-bath-time-lapse": (0.25, 0.75, 2.0, 4.0, 7.0),
-    "late-time-lapse": (0.25, 0.75, 1.5, 3.0, 5.0),
+    "bubble-on-bath-time-lapse": (0.25, 0.75, 1.5, 2.0, 2.5),
+    "late": (0.25, 1.0, 2.0, 4.0, 6.0),
     "free-bubble": (0.1, 0.25, 0.5, 1.0, 2.0),
     "giant-bubble": (0.25, 0.5, 1.0, 1.5, 2.0),
 }
@@ -26,8 +26,8 @@ WHITE = 0.18
 
 
 def colors() -> np.ndarray:
-    """Linear sRGB of a film from 0 to 4000 nm in steps of 1 nm."""
-    film = ir.Layer("soap", thickness_nm=np.arange(4001.0))
+    """Linear sRGB of a film from 0 to 9000 nm in steps of 1 nm."""
+    film = ir.Layer("soap", thickness_nm=np.arange(9001.0))
     return np.asarray(ir.Stack(["air", film, "air"]).color(space="linear-srgb"))
 
 
@@ -51,7 +51,7 @@ def main() -> None:
     table = colors()
     rows = []
     for preset, times in SHOWN.items():
-        film = simulate(preset, time_s=max(times), frames_per_second=20)
+        film = simulate(preset, time_s=max(times), frames_per_second=20, rupture_nm=0.0)
         balls = []
         for frame in film:
             if any(abs(frame.time_s - time) < 1e-9 for time in times):

@@ -102,7 +102,7 @@ def rigid(axes: Any) -> None:
 
 def heights(axes: Any, preset: str, places: dict[str, float], end: float, title: str, lost: Any) -> None:
     """Mean thickness along three heights of a film, and the law of its mean."""
-    film = simulate(preset, end, 5.0)
+    film = simulate(preset, end, 10.0, rupture_nm=0.0)
     frames = list(film)
     times = np.array([frame.time_s for frame in frames])
     rows = frames[0].thickness_nm.shape[0]
@@ -141,11 +141,12 @@ def main() -> None:
     regeneration(b)
     rigid(c)
     dome = {"20° from the top": 20 / 90, "50°": 50 / 90, "80°": 80 / 90}
-    lost = Lost(450.0, 0.4, 20.0, 1 / 0.025, True)
-    heights(d, "bubble-on-bath-time-lapse", dome, 8.0, "Dome, time-lapse: along three circles", lost)
+    lost = Lost(450.0, 6 * 0.06, 6 * 20.0, 1 / 0.025, True)
+    heights(d, "bubble-on-bath-time-lapse", dome, 3.0, "Dome, time-lapse: along three circles", lost)
     plane = {"1 cm below the top": 1 / 6, "3 cm": 3 / 6, "5 cm": 5 / 6}
-    lost = Lost(700.0, 0.4, 10.0, 1 / 0.06, False)
-    heights(e, "vertical-film-time-lapse", plane, 8.0, "Vertical film, time-lapse: along three lines", lost)
+    # Both sides, and the bottom with its wider meniscus.
+    lost = Lost(700.0, 6 * 0.06, 6 * 10.0, 2 / 0.1 + (0.3 / 1.24) ** 1.5 / 0.06, False)
+    heights(e, "vertical-film-time-lapse", plane, 3.0, "Vertical film, time-lapse: along three lines", lost)
     profile(f)
     for axes in (a, b, c, d, e, f):
         axes.spines[["top", "right"]].set_visible(False)
@@ -159,7 +160,7 @@ def profile(axes: Any) -> None:
         ("bubble-on-bath-time-lapse", 0.025, COLORS[0]),
         ("vertical-film-time-lapse", 0.06, COLORS[1]),
     ):
-        film = simulate(preset, 6.0, 0.5)
+        film = simulate(preset, 2.0, 0.5, rupture_nm=0.0)
         *_, last = film
         rows = last.thickness_nm.shape[0]
         middle = (np.arange(rows) + 0.5) / rows
@@ -169,7 +170,7 @@ def profile(axes: Any) -> None:
         axes.plot(depth * 100, mean, color=color, label=preset)
         axes.fill_between(depth * 100, mean - spread, mean + spread, color=color, alpha=0.2, lw=0)
     axes.set(
-        title="After 6 s: thickness against depth, with its spread",
+        title="After 2 s: thickness against depth, with its spread",
         xlabel="cm below the top",
         ylabel="nm",
         ylim=(0, None),

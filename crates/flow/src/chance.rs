@@ -13,6 +13,7 @@ pub enum Purpose {
     Patch = 2,
     Spot = 3,
     Eddy = 4,
+    Rupture = 5,
 }
 
 /// A sequence of draws for one event.

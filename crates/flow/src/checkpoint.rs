@@ -8,7 +8,7 @@ use crate::film::{Books, Film, State};
 use crate::grid::{Grid, Shape};
 use crate::parameters::Parameters;
 
-const MARK: &[u8; 8] = b"irflow2\n";
+const MARK: &[u8; 8] = b"irflow3\n";
 /// Longest run, s: a lifetime.
 const MOST_SECONDS: f64 = 1e9;
 /// Most events of a kind: more than any run of that length has.
@@ -40,7 +40,7 @@ impl Film {
             ruptured,
         ];
         numbers.iter().for_each(|value| whole(&mut out, value.to_bits()));
-        for clock in [state.patch_clock, state.spot_clock] {
+        for clock in [state.patch_clock, state.spot_clock, state.rupture_clock] {
             whole(&mut out, clock.number);
             whole(&mut out, clock.passed.to_bits());
             whole(&mut out, clock.next.to_bits());
@@ -125,6 +125,7 @@ fn read_state(reader: &mut Reader<'_>, parameters: &Parameters) -> Option<State>
     let (surfactant, ruptured) = (next()?, next()?);
     let patch_clock = Clock { number: reader.whole()?, passed: reader.number()?, next: reader.number()? };
     let spot_clock = Clock { number: reader.whole()?, passed: reader.number()?, next: reader.number()? };
+    let rupture_clock = Clock { number: reader.whole()?, passed: reader.number()?, next: reader.number()? };
     let (patches, spots) = (reader.spots()?, reader.spots()?);
     let (h, s) = (reader.field(cells)?, reader.field(cells)?);
     let down = reader.field(cells + grid.columns)?;
@@ -142,6 +143,7 @@ fn read_state(reader: &mut Reader<'_>, parameters: &Parameters) -> Option<State>
         surfactant,
         patch_clock,
         spot_clock,
+        rupture_clock,
         patches,
         spots,
         ruptured_s,
@@ -171,7 +173,9 @@ fn impossible(state: &State, parameters: &Parameters) -> Option<String> {
     if !(state.surfactant.is_finite() && state.surfactant > 0.0) {
         return told("its surfactant", state.surfactant, "a finite number > 0 is possible");
     }
-    for (name, clock) in [("patches", state.patch_clock), ("black spots", state.spot_clock)] {
+    for (name, clock) in
+        [("patches", state.patch_clock), ("black spots", state.spot_clock), ("ruptures", state.rupture_clock)]
+    {
         let Clock { passed, next, number } = clock;
         if !(passed.is_finite() && passed >= 0.0) {
             return told(&format!("the clock of its {name}"), passed, "a finite number >= 0 is possible");
@@ -307,6 +311,7 @@ mod tests {
         refused(&|state| state.patch_clock.next = -1e18, "next of its patches is -1e18");
         refused(&|state| state.spot_clock.next += 50.0, "next of its black spots");
         refused(&|state| state.patch_clock.passed = 1e300, "next of its patches");
+        refused(&|state| state.rupture_clock.next = -1.0, "next of its ruptures");
         refused(&|state| state.spot_clock.number = u64::MAX, "number of its black spots");
         refused(&|state| state.q[3] = f64::NAN, "tension of cell 3");
         refused(&|state| state.down[0] = f64::INFINITY, "velocity down");

@@ -4,6 +4,8 @@
 //! reaches the sum of k exponential draws, and all else about it is drawn from its number. So neither the length of a
 //! step nor a checkpoint changes what is drawn.
 
+use rayon::prelude::*;
+
 use crate::chance::{Draws, Purpose};
 use crate::grid::{Grid, Shape};
 use crate::parameters::Parameters;
@@ -39,6 +41,29 @@ impl Clock {
         }
         self.passed += passing;
     }
+}
+
+/// When a film bursts, if it does within a step, s: by chance where it is thinner than `rupture_m`, as often as the
+/// parameters say, by a clock that runs as fast as such film is wide.
+pub fn rupture(grid: &Grid, p: &Parameters, clock: &mut Clock, h: &[f64], time: f64, dt: f64) -> Option<f64> {
+    if p.rupture_m == 0.0 {
+        return None;
+    }
+    let n = grid.columns;
+    let thin = |row: &[f64]| row.iter().filter(|&&h| h <= p.rupture_m).count() as f64;
+    let rows: Vec<f64> = h.par_chunks_exact(n).with_min_len(8).map(thin).collect();
+    let area: f64 = rows.iter().zip(&grid.area).map(|(count, area)| count * area).sum();
+    if area == 0.0 {
+        return None;
+    }
+    if p.rupture_rate.is_infinite() {
+        return Some(time + dt);
+    }
+    let mut burst = None;
+    clock.run(p.seed, Purpose::Rupture, p.speed * p.rupture_rate * area * dt, |share, _| {
+        burst = burst.or(Some(time + share * dt));
+    });
+    burst
 }
 
 /// A place where something grows: a patch at the meniscus, or a black spot.
@@ -234,7 +259,7 @@ pub fn open_spots(
     if p.spots == 0.0 {
         return 0.0;
     }
-    let n = grid.columns;
+    let (n, black_m) = (grid.columns, p.black_film_m());
     let thin = |i: usize, j: usize, h: &[f64]| h[i * n + j] < p.spot_below_m && h[i * n + j] > p.black_below_m;
     let rows: Vec<f64> =
         (0..grid.rows).map(|i| (0..n).filter(|&j| thin(i, j, h)).count() as f64 * grid.area[i]).collect();
@@ -269,9 +294,9 @@ pub fn open_spots(
         let (mut freed, mut room) = (0.0, 0.0);
         near(grid, spot.place, outer, |row, column, d| {
             let cell = &mut h[row * n + column];
-            if d <= radius && *cell > p.black_m {
-                freed += (*cell - p.black_m) * grid.area[row];
-                *cell = p.black_m;
+            if d <= radius && *cell > black_m {
+                freed += (*cell - black_m) * grid.area[row];
+                *cell = black_m;
             } else if d > radius && *cell > p.black_below_m {
                 room += grid.area[row];
             }

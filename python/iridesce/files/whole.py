@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from pathlib import Path
 
 
@@ -38,6 +40,17 @@ def write_whole(path: Path, content: bytes) -> None:
     from iridesce import _core
 
     _core.write_file(path, content)
+
+
+def append(path: Path, content: bytes) -> None:
+    """Lines at the end of a file that `write_whole` began: for tables that grow, whose reader leaves out a torn last line.
+
+    ``OSError`` naming ``path`` where it cannot be written.
+    """
+    with path.open("ab", buffering=0) as file:
+        written = file.write(content)
+        if written != len(content):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
 
 def check_place(path: Path) -> None:

@@ -130,6 +130,18 @@ class Simulation(Iterator[Frame]):
         """
         return np.array(self._history, dtype=_HISTORY)
 
+    @property
+    def summary(self) -> np.void:
+        """How thick the film is now, and where its liquid went: what would be a row of `history`.
+
+        >>> film = simulate("late", time_s=0.1, frames_per_second=20)
+        >>> _ = list(film)
+        >>> bool(film.summary == film.history[-1])
+        True
+        """
+        now: np.void = np.array([tuple(self._core.summary())], dtype=_HISTORY)[0]
+        return now
+
     def profile(self) -> NDArray[np.void]:
         """The film now, row by row from the top: a structured array of ``height_m`` (of a row's middle above the film's
         lowest place), ``mean_nm``, ``min_nm`` and ``max_nm`` along it.
@@ -145,7 +157,16 @@ class Simulation(Iterator[Frame]):
 
     @property
     def ruptured_s(self) -> float | None:
-        """When the film burst, s; None if it did not."""
+        """When the film burst, s; None if it did not. The frame of that step is its last.
+
+        Film thinner than ``rupture_nm`` bursts by chance, ``rupture_per_m2_s`` times per m2 of it and second, at a time
+        that hangs on the seed alone; ``rupture_nm=0`` never does, ``rupture_per_m2_s=inf`` at once.
+
+        >>> film = simulate("late", time_s=1.0, thickness_nm=20.0, columns=64, regeneration=0.0, rupture_per_m2_s=1e4)
+        >>> _ = list(film)
+        >>> film.ruptured_s is not None and film.ruptured_s <= len(film.history) / 30.0
+        True
+        """
         return self.facts["ruptured_s"]
 
     @property
@@ -257,7 +278,10 @@ def simulate(
     if checkpoint is not None:
         reached = float(core.facts()["time_s"] or 0.0)
         first = round(reached * rate) + 1
-        if abs((first - 1) / rate - reached) > 1e-9 * max(reached, 1.0):
+        if core.facts()["ruptured_s"] is not None:
+            # A film bursts at a time of its own: the frame of that time was its last.
+            first = math.ceil(reached * rate - 1e-9) + 1
+        elif abs((first - 1) / rate - reached) > 1e-9 * max(reached, 1.0):
             raise ValueError(
                 f"the checkpoint is at {reached:g} s, between two frames of frames_per_second {rate:g}; "
                 "give the one that it was made with"

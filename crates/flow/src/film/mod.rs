@@ -17,6 +17,7 @@ use crate::transport::{MOST_SUBSTEPS, Transport};
 use crate::viscosity::Viscosity;
 
 mod air;
+mod black;
 mod forces;
 mod live;
 mod rows;
@@ -136,6 +137,7 @@ impl Film {
             surfactant: 0.0,
             patch_clock: Clock::new(p.seed, Purpose::Patch),
             spot_clock: Clock::new(p.seed, Purpose::Spot),
+            rupture_clock: Clock::new(p.seed, Purpose::Rupture),
             patches: Vec::new(),
             spots: Vec::new(),
             ruptured_s: None,
@@ -317,9 +319,8 @@ impl Film {
 
         self.state.step = step;
         self.check(step)?;
-        if self.parameters.rupture_m > 0.0 && self.state.h.iter().any(|&h| h <= self.parameters.rupture_m) {
-            self.state.ruptured_s = Some(time + dt);
-        }
+        let Film { parameters: p, grid, state, .. } = self;
+        state.ruptured_s = events::rupture(grid, p, &mut state.rupture_clock, &state.h, time, dt);
         watch.lap(&mut self.spent[3]);
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::black::Turning;
 use super::rows::thin_row;
 use crate::events::Spot;
 use crate::grid::{Edge, Grid};
@@ -10,10 +11,14 @@ use crate::parameters::Parameters;
 /// Evaporation, down to black film; thin film turns black. Returns what went either way, m3.
 pub fn thin(grid: &Grid, p: &Parameters, h: &mut [f64], dt: f64) -> (f64, f64) {
     let (loss, kept) = (p.speed * p.evaporation * dt, (-dt * p.speed / p.black_s).exp());
+    let turning = (p.salt > 0.0).then(|| Turning::new(p, dt));
     let rows: Vec<(f64, f64)> = h
         .par_chunks_exact_mut(grid.columns)
         .with_min_len(8)
-        .map(|row| wide!(thin_row(row, loss, kept, [p.black_m, p.black_below_m])))
+        .map(|row| match &turning {
+            Some(turning) => turning.thin_row(row, loss),
+            None => wide!(thin_row(row, loss, kept, [p.black_m, p.black_below_m])),
+        })
         .collect();
     rows.iter().zip(&grid.area).fold((0.0, 0.0), |(a, b), ((dry, black), area)| (a + dry * area, b + black * area))
 }

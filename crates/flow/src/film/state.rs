@@ -71,6 +71,7 @@ pub struct State {
     pub(crate) surfactant: f64,
     pub(crate) patch_clock: Clock,
     pub(crate) spot_clock: Clock,
+    pub(crate) rupture_clock: Clock,
     pub(crate) patches: Vec<Spot>,
     pub(crate) spots: Vec<Spot>,
     /// When the film burst, s.

@@ -74,14 +74,15 @@ fn separability(parameters: Parameters) -> f64 {
     (left / whole).sqrt()
 }
 
-/// The frame's sides drain it: its profile nearly keeps its shape.
+/// The frame's sides drain it: its profile keeps its shape.
 #[test]
 fn a_frame_with_borders_drains_alike_at_all_heights() {
     let dry = |name: &str| Parameters { evaporation: 0.0, ..preset(name) };
-    let borders = separability(dry("vertical-film-preview"));
-    // The same without borders has 0.094.
+    let borders = alone(|| separability(dry("vertical-film-preview")));
+    // With a meniscus below that is as narrow as those of the sides 0.076: two thirds of what is left over then lie in the
+    // lowest eighth. Without borders at the sides 0.094.
     println!("separability of a vertical film, 192 columns: {borders:.3}");
-    assert!(borders < 0.085);
+    assert!(borders < 0.06);
 }
 
 /// `speed` multiplies all that takes liquid: a preset named time-lapse loses 8 % of its volume so many times sooner.

@@ -1,6 +1,7 @@
 //! The laws that a flowing film must obey, each against what it should be. `docs/guide/living-films.md` tabulates what
 //! `cargo test -p iridesce-flow laws -- --nocapture` prints.
 
+mod ageing;
 mod borders;
 mod kernels;
 mod motion;
@@ -30,6 +31,7 @@ fn bare(shape: Shape, columns: usize, rows: usize) -> Parameters {
         regeneration: 0.0,
         black_below_m: 0.0,
         black_m: 0.0,
+        rupture_m: 0.0,
         tolerance: 1e-8,
         wind: 0.0,
         eddies: 0.0,
@@ -45,6 +47,11 @@ fn film(parameters: Parameters, change: impl FnOnce(&Grid, &mut State)) -> Film 
     let mut state = Film::new(parameters.clone()).expect("parameters that are possible").state().clone();
     change(&grid, &mut state);
     Film::from_state(parameters, state)
+}
+
+/// On one thread of a pool of its own: from outside, each pass of each short step would wait for the pool to wake.
+fn alone<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread").install(work)
 }
 
 /// Velocity from a stream function of the polar angle and the azimuth (or height and x), at corners: no divergence.

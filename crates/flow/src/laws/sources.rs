@@ -144,6 +144,47 @@ fn black_film_spreads_from_spots() {
     assert!(film.state().h.iter().all(|&h| h > 11.9e-9));
 }
 
+/// Black film is as thick as the salt makes it, and comes at the rate at which film of that thickness tears.
+#[test]
+fn thin_film_turns_black_by_the_pressure_between_its_faces() {
+    let p = |salt: f64| Parameters {
+        salt,
+        black_below_m: 55e-9,
+        thickness_m: 50e-9,
+        viscosity: 1.5e-3,
+        ..bare(BUBBLE, 16, 8)
+    };
+    // By hand, 100 Pa against 64 k T n tanh^2(e psi / 4 k T) exp(-h / lambda) - A / (6 pi h^3): Debye lengths 3.04 and
+    // 0.961 nm at 10 and 100 mol/m3, 8.92e4 Pa per mol/m3 of both faces together. Above 0.2 mol/l none holds.
+    for (salt, wanted_nm) in [(10.0, 25.1), (100.0, 7.1), (300.0, 4.5)] {
+        let black_nm = p(salt).black_film_m() * 1e9;
+        println!("black film of {salt} mol/m3: {black_nm:.2} nm");
+        assert!((black_nm - wanted_nm).abs() < 0.3, "{black_nm}");
+    }
+    assert_eq!(Parameters { salt: 1.0, ..p(1.0) }.check().unwrap_err().key, "salt_mol_m3");
+    // With much salt attraction alone is left, and waves grow at A^2 / (96 pi^2 mu sigma h^5).
+    let much = p(300.0);
+    let law = |time_s: f64| {
+        let mut h = 50e-9_f64;
+        for _ in 0..(time_s * 1e5) as usize {
+            let rate = (4e-20_f64 / std::f64::consts::PI).powi(2) / (96.0 * 1.5e-3 * 0.03 * h.powi(5));
+            h -= (h - 4.5e-9) * rate * 1e-5;
+        }
+        h
+    };
+    let mut film = Film::new(much).unwrap();
+    for time_s in [0.5, 1.5] {
+        alone(|| film.advance_to(time_s)).unwrap();
+        let (h, wanted) = (film.state().h[40], law(time_s));
+        println!("film of 50 nm after {time_s} s: {:.3} nm, law {:.3}", h * 1e9, wanted * 1e9);
+        assert!((h / wanted - 1.0).abs() < 5e-3);
+    }
+    alone(|| film.advance_to(4.0)).unwrap();
+    assert!(film.state().h.iter().all(|h| (h / 4.5e-9 - 1.0).abs() < 1e-6));
+    let books = film.state().books;
+    assert!(((film.volume() + books.blackened) / books.start - 1.0).abs() < 1e-12);
+}
+
 #[test]
 fn threads_and_checkpoints_change_no_byte() {
     let p =
@@ -201,11 +242,53 @@ fn a_step_that_is_too_long_is_refused() {
 
 #[test]
 fn a_film_that_bursts_ends() {
-    let p = Parameters { evaporation: 100e-9, rupture_m: 0.9e-6, ..bare(BUBBLE, 64, 32) };
+    let p = Parameters {
+        evaporation: 100e-9,
+        rupture_m: 0.9e-6,
+        rupture_rate: f64::INFINITY,
+        step_s: 5e-3,
+        ..bare(BUBBLE, 64, 32)
+    };
     let mut film = Film::new(p).unwrap();
     film.advance_to(3.0).unwrap();
     assert!((film.state().ruptured_s.unwrap() - 1.0).abs() < 0.011);
     assert!(film.state().time_s < 1.02);
+}
+
+/// Film that is thin enough bursts by chance: after exponential times whose mean is that of the rate and the area, from
+/// the seed alone; sooner by as much as the film ages faster; thicker film and `rupture_nm = 0` never.
+#[test]
+fn films_burst_by_chance() {
+    let rate = 500.0;
+    let p =
+        Parameters { thickness_m: 30e-9, rupture_m: 31e-9, rupture_rate: rate, step_s: 0.05, ..bare(BUBBLE, 16, 8) };
+    let burst = |p: Parameters| {
+        let mut film = Film::new(p).unwrap();
+        film.advance_to(20.0).unwrap();
+        film.state().ruptured_s
+    };
+    let area = 4.0 * std::f64::consts::PI * 0.025 * 0.025;
+    let waits: Vec<f64> =
+        alone(|| (1..=100).map(|seed| burst(Parameters { seed, ..p.clone() }).unwrap() * rate * area).collect());
+    let mean = waits.iter().sum::<f64>() / 100.0;
+    let late = waits.iter().filter(|&&wait| wait > 1.0).count();
+    println!("bursting by chance: mean wait {mean:.3} of the law, {late} of 100 later than that (37 by the law)");
+    // Three standard errors: 0.1 of the mean, 4.8 of the count.
+    assert!((mean - 1.0).abs() < 0.3 && (22..=52).contains(&late));
+    let first = burst(p.clone()).unwrap();
+    for (change, at) in
+        [(Parameters { step_s: 0.01, ..p.clone() }, first), (Parameters { speed: 5.0, ..p.clone() }, first / 5.0)]
+    {
+        assert!((burst(change).unwrap() / at - 1.0).abs() < 1e-9);
+    }
+    assert_eq!(burst(Parameters { rupture_m: 0.0, ..p.clone() }), None);
+    assert_eq!(burst(Parameters { rupture_m: 29e-9, ..p.clone() }), None);
+    // A run that was stopped in between bursts when it would have.
+    let mut film = Film::new(p.clone()).unwrap();
+    film.advance_to(first / 2.0).unwrap();
+    let mut film = Film::resume(p, &film.checkpoint()).unwrap();
+    film.advance_to(20.0).unwrap();
+    assert!((film.state().ruptured_s.unwrap() / first - 1.0).abs() < 1e-9);
 }
 
 #[test]

@@ -99,6 +99,17 @@ impl Parameters {
                 format!("must not exceed black_below_nm, {:?}, got {:?}", self.black_below_m * 1e9, self.black_m * 1e9),
             );
         }
+        if self.salt > 0.0 && self.black_film_m() > self.black_below_m {
+            return wrong(
+                "salt_mol_m3",
+                format!(
+                    "must be 0 or enough for black film below black_below_nm, {:?}, got {:?}, which has {:.1} nm",
+                    self.black_below_m * 1e9,
+                    self.salt,
+                    self.black_film_m() * 1e9
+                ),
+            );
+        }
         if self.tolerance > 0.1 {
             return wrong("tolerance", format!("must be at most 0.1, got {:?}", self.tolerance));
         }

@@ -70,7 +70,8 @@ impl Parameters {
         };
         let giant = Parameters {
             shape: Shape::Sphere { radius_m: 0.15, rim_deg: 180.0 },
-            thickness_m: 900e-9,
+            // Giant films that are pulled up by hand are a few um thick (Pasquet et al. 2022, arXiv:2209.03468).
+            thickness_m: 3e-6,
             noise_longest_m: 0.15 / 4.0,
             noise_shortest_m: 0.15 / 40.0,
             patch_m: 10e-3,
@@ -99,13 +100,14 @@ impl Parameters {
             ..dome.clone()
         };
         // Previews: as fine as one core can show in real time at 30 pictures/s, steps of a picture or half of one. Patches
-        // have 4 cells a radius; what regenerates does not depend on their size.
+        // have 4 cells a radius; what regenerates does not depend on their size. They do not burst while one looks on.
         let dome_preview = |columns: usize| Parameters {
             patch_m: 0.64 / columns as f64,
             noise_longest_m: 0.025 / 4.0,
             noise_shortest_m: 0.16 / columns as f64,
             step_s: if columns < 256 { 1.0 / 30.0 } else { 1.0 / 60.0 },
             tolerance: 1e-3,
+            rupture_m: 0.0,
             ..dome.clone().with_columns(columns)
         };
         let free_preview = |columns: usize| Parameters {
@@ -114,6 +116,7 @@ impl Parameters {
             noise_shortest_m: 0.19 / columns as f64,
             step_s: 1.0 / 30.0,
             tolerance: 1e-3,
+            rupture_m: 0.0,
             ..free.clone().with_columns(columns)
         };
         match name {
@@ -127,7 +130,8 @@ impl Parameters {
                 Ok(Parameters { thickness_m, evaporation, spots, spot_below_m, ..dome_preview(256) })
             }
             "vertical-film-preview" => {
-                Ok(Parameters { patch_m: 2.2e-3, step_s: 1.0 / 30.0, tolerance: 1e-3, ..vertical.with_columns(192) })
+                let own = vertical.with_columns(192);
+                Ok(Parameters { patch_m: 2.2e-3, step_s: 1.0 / 30.0, tolerance: 1e-3, rupture_m: 0.0, ..own })
             }
             "vertical-film" => Ok(vertical),
             "bubble-on-bath" => Ok(dome),

@@ -157,6 +157,14 @@ numbers! {
     black_m: "black_nm" * 1e9, NotNegative, 12e-9;
     /// Time in which it turns, s.
     black_s: "black_s" * 1.0, Positive, 0.05;
+    /// Salt of the liquid, mol/m3: thin film turns black by the pressure between its faces; 0: below `black_below_nm`.
+    salt: "salt_mol_m3" * 1.0, NotNegative, 0.0;
+    /// Hamaker constant of the liquid between air, J.
+    hamaker: "hamaker_j" * 1.0, NotNegative, 4e-20;
+    /// Potential of a face, V.
+    surface_potential: "surface_potential_v" * 1.0, NotNegative, 0.1;
+    /// Thickness of a Newton black film, m.
+    newton_m: "newton_nm" * 1e9, Positive, 4.5e-9;
     /// Black spots that open by chance, per m2 and second, where the film is thinner than `spot_below_m`.
     spots: "spots_per_m2_s" * 1.0, NotNegative, 0.0;
     /// Thickest film that spots open in, m.
@@ -165,8 +173,10 @@ numbers! {
     spot_m: "spot_m" * 1.0, Positive, 0.5e-3;
     /// Speed of a spot's rim, m/s.
     spot_speed: "spot_speed_m_s" * 1.0, Positive, 5e-3;
-    /// Thickness at which a film bursts, m; 0 if never.
-    rupture_m: "rupture_nm" * 1e9, NotNegative, 0.0;
+    /// Thickness below which a film may burst, m; 0 if never.
+    rupture_m: "rupture_nm" * 1e9, NotNegative, 30e-9;
+    /// How often it does, per m2 of film thinner than that and second; infinity if at once.
+    rupture_rate: "rupture_per_m2_s" * 1.0, PositiveOrInfinite, 500.0;
     /// Residual at which the tension counts as solved, as a share of what drives it.
     tolerance: "tolerance" * 1.0, Positive, 1e-4;
 }

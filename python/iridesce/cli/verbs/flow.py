@@ -15,7 +15,7 @@ from iridesce.cli.options import JsonOption
 from iridesce.cli.reading import assignment
 from iridesce.cli.run_folder import RunFolder
 from iridesce.files import rows
-from iridesce.files.whole import read_whole, write_whole
+from iridesce.files.whole import append, read_whole, write_whole
 
 if TYPE_CHECKING:
     from iridesce.thickness.simulation import Simulation
@@ -152,11 +152,12 @@ def _check_frames(folder: Path, count: int, ending: str) -> None:
 
 
 class _Table:
-    """Rows of CSV that grow by one or more with each frame, in a file that is whole after each."""
+    """Rows of CSV that grow by one or more with each frame, at the end of a file that holds all frames before."""
 
     def __init__(self, path: Path, names: Sequence[str]) -> None:
         self.path = path
         self.names = tuple(names)
+        # What the file begins with, until it is written.
         self._text = ",".join(names) + "\n"
 
     def take_up(self, times_s: list[float]) -> None:
@@ -174,19 +175,23 @@ class _Table:
         self._text += "".join(kept)
 
     def add(self, columns: dict[str, list[float]]) -> None:
-        self._text += rows.csv_text(columns).partition("\n")[2]
-        write_whole(self.path, self._text.encode())
+        more = rows.csv_text(columns).partition("\n")[2]
+        if self._text:
+            write_whole(self.path, (self._text + more).encode())
+            self._text = ""
+        else:
+            append(self.path, more.encode())
 
 
 def _tell(film: Simulation, tables: list[_Table]) -> None:
     """The frame just made, as rows."""
+    now = film.summary
     for table in tables:
         if table.names == _HISTORY:
-            last = film.history[-1]
-            table.add({name: [float(last[name])] for name in _HISTORY})
+            table.add({name: [float(now[name])] for name in _HISTORY})
         else:
             profile = film.profile()
-            times = [float(film.history[-1]["time_s"])] * len(profile)
+            times = [float(now["time_s"])] * len(profile)
             table.add({"time_s": times} | {name: profile[name].tolist() for name in _PROFILE[1:]})
 
 
