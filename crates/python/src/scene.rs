@@ -7,6 +7,7 @@ use iridesce::flow::FilmRun;
 use iridesce::scene::{
     Context, Node, Origin, Scene as CoreScene, SceneError, Value, builtin_names, builtin_text, json_schema, resolve,
 };
+use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{
     PyBool, PyBytes, PyComplex, PyComplexMethods, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple,
@@ -19,6 +20,16 @@ use crate::interrupt::{Long, beside};
 const MAX_DEPTH: usize = 64;
 /// Longest list: objects may be many, and nothing else is.
 const MAX_ITEMS: usize = 100_000;
+
+/// Positions (n, 3), normals (n, 3) and u, v (n, 2) if the file has them, thickness (n,) nm likewise, corners (m, 3).
+type PyMesh<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Option<Bound<'py, PyArray2<f32>>>,
+    Option<Bound<'py, PyArray2<f32>>>,
+    Option<Vec<f32>>,
+    Bound<'py, PyArray2<u32>>,
+    Vec<String>,
+);
 
 /// A validated scene, with what it and its relatives have read and let flow.
 #[pyclass(frozen, module = "iridesce._core")]
@@ -75,6 +86,27 @@ impl Scene {
         let resolved = beside(py, Long::told(progress), |watch| resolve(&self.inner, &self.context, watch))?;
         resolved?;
         Ok(())
+    }
+
+    /// The mesh of an object in scene units, if its shape is one, and where the object is put, (instances, 3, 4).
+    fn body<'py>(&self, py: Python<'py>, object: usize) -> Result<(Option<PyMesh<'py>>, Bound<'py, PyArray3<f64>>)> {
+        let (mesh, placements) = beside(py, Long::default(), |watch| self.context.body(&self.inner, object, watch))??;
+        let rows: Vec<f64> = placements.iter().flat_map(|by| by.rows).flatten().collect();
+        let placements = rows.into_pyarray(py).reshape([placements.len(), 3, 4])?;
+        let Some(mesh) = mesh else { return Ok((None, placements)) };
+        let flat = |list: &[[f32; 3]]| list.iter().flatten().copied().collect::<Vec<f32>>().into_pyarray(py);
+        let count = mesh.positions.len();
+        let positions: Vec<f64> = mesh.positions.iter().flatten().copied().collect();
+        let normals = mesh.normals.as_deref().map(|list| flat(list).reshape([count, 3])).transpose()?;
+        let uv = mesh
+            .uv
+            .as_deref()
+            .map(|list| list.iter().flatten().copied().collect::<Vec<f32>>().into_pyarray(py).reshape([count, 2]));
+        let corners: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
+        let triangles = corners.into_pyarray(py).reshape([mesh.triangles.len(), 3])?;
+        let positions = positions.into_pyarray(py).reshape([count, 3])?;
+        let parts = (positions, normals, uv.transpose()?, mesh.thickness_nm.clone(), triangles, mesh.notes.clone());
+        Ok((Some(parts), placements))
     }
 
     /// A film that flowed for this scene or a relative, where it stands now, to be given to `stand`.

@@ -123,7 +123,10 @@ impl Maps {
         };
         self.meshes.get(&(file.clone(), unit), || {
             MeshFormat::of(&file.path)
-                .and_then(|format| decode_mesh(&content(file, MAX_MESH_BYTES, watch)?, format, &beside))
+                .and_then(|format| {
+                    let bytes = content(file, MAX_MESH_BYTES, watch)?;
+                    decode_mesh(&bytes, format, file.channel.as_deref(), &beside)
+                })
                 .map(|mut mesh| {
                     if mesh.is_in_metres {
                         let per_metre = 1000.0 / unit.millimetres();

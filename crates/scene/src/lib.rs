@@ -41,7 +41,7 @@ pub use affine::Affine;
 pub use builtin::{builtin_names, builtin_text};
 pub use error::{ResolveError, SceneError};
 pub use model::*;
-pub use resolve::{Context, ResolvedEnvironment, ResolvedScene, ResolvedSource, resolve};
+pub use resolve::{Body, Context, ResolvedEnvironment, ResolvedScene, ResolvedSource, resolve};
 pub use schema_text::{json_schema, key_tables};
 pub use texture::{ResolvedReflectance, Texture, held};
 pub use tree::{Node, Value};

@@ -423,7 +423,7 @@ pub struct MapFile {
     pub name: String,
     /// Where it is, links followed.
     pub path: PathBuf,
-    /// Which channel or layer of it is meant; `None`: the only one.
+    /// Which channel, layer or part of it is meant; `None`: the only one, of a mesh the whole.
     pub channel: Option<String>,
     /// Which page of it is meant, the first being 1; `None`: the only one.
     pub page: Option<usize>,

@@ -167,10 +167,14 @@ fn mesh(node: &Node, path: String, context: &Reading<'_>) -> Result<(Shape, Node
     let table = Table::new(node, &schema::MESH, path)?;
     let name = table.text("file")?;
     let at = |error: SceneError| error.at(table.path("file"), table.line("file"));
-    let file = map_file(context.origin, name).map_err(at)?;
+    let mut file = map_file(context.origin, name).map_err(at)?;
+    file.channel = table.get("part").map(|_| table.text("part")).transpose()?.map(str::to_owned);
     MeshFormat::of(std::path::Path::new(name))
         .map_err(|why| at(SceneError::new(format!("{} cannot be used as a mesh: {why}", quoted(name)))))?;
-    Ok((Shape::Mesh(file), Node::table([("mesh", Node::table([("file", Node::text(name))]))])))
+    let mut entries = vec![("file", Node::text(name))];
+    entries.extend(file.channel.as_deref().map(|part| ("part", Node::text(part))));
+    let tree = Node::table([("mesh", Node::table(entries))]);
+    Ok((Shape::Mesh(file), tree))
 }
 
 fn bubbles(node: &Node, path: String) -> Result<(Shape, Node), SceneError> {

@@ -33,10 +33,24 @@ pub struct Context {
     films: Films,
 }
 
+/// The mesh of an object, if its shape is one, and where the object is put, once for each instance.
+pub type Body = (Option<Arc<Mesh>>, Arc<[Affine]>);
+
 impl Context {
     /// The films, to keep their states or to let them go on elsewhere.
     pub fn films(&self) -> &Films {
         &self.films
+    }
+
+    /// The mesh of an object, in scene units, if its shape is one, and where the object is put, once for each instance:
+    /// what geometry needs, without the maps and the films.
+    pub fn body(&self, scene: &Scene, object: usize, watch: &Watch) -> Result<Body, ResolveError> {
+        let mut bodies = Bodies::default();
+        bodies.read(scene, &scene.objects[object], self, watch).map_err(|error| match error {
+            ResolveError::Scene(error) => ResolveError::Scene(error.in_file(scene.origin.file.as_deref())),
+            stopped => stopped,
+        })?;
+        Ok((bodies.meshes.pop().flatten(), bodies.placements.pop().unwrap_or_default()))
     }
 
     /// A film at a time: a stored one, or else one that flows now.

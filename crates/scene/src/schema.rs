@@ -437,7 +437,22 @@ pub static CYLINDER: Kind = kind(
 pub static MESH: Kind = kind(
     "mesh",
     "triangles of a file",
-    &[key("file", Takes::File, "", Default::Needed, "OBJ, PLY, glTF or GLB; coordinates in scene units, of glTF in m")],
+    &[
+        key(
+            "file",
+            Takes::File,
+            "",
+            Default::Needed,
+            "OBJ, PLY, glTF or GLB; coordinates in scene units, of glTF in m",
+        ),
+        key(
+            "part",
+            Takes::Text,
+            "",
+            Default::Words("the whole file"),
+            "of glTF: `/meshes/M` or `/meshes/M/primitives/P`, that one alone, wherever its nodes put it",
+        ),
+    ],
 );
 
 /// A cluster of bubbles.

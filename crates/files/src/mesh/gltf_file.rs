@@ -13,7 +13,11 @@ const DEEPEST: usize = 256;
 
 type Matrix = [[f64; 4]; 4];
 
-pub fn read(bytes: &[u8], beside: &dyn Fn(&str) -> Result<Vec<u8>, String>) -> Result<Mesh, String> {
+pub fn read(
+    bytes: &[u8],
+    part: Option<&str>,
+    beside: &dyn Fn(&str) -> Result<Vec<u8>, String>,
+) -> Result<Mesh, String> {
     let Gltf { document, blob } =
         Gltf::from_slice(bytes).map_err(|error| format!("it is no glTF file that can be read: {error}"))?;
     if document.extensions_used().any(|name| name == "KHR_draco_mesh_compression") {
@@ -26,6 +30,10 @@ pub fn read(bytes: &[u8], beside: &dyn Fn(&str) -> Result<Vec<u8>, String>) -> R
         carried: [None; 2],
         met: vec![false; document.nodes().count()],
     };
+    if let Some(pointer) = part {
+        reader.part(&document, pointer)?;
+        return Ok(reader.mesh);
+    }
     let scene = document.default_scene().or_else(|| document.scenes().next());
     match scene {
         Some(scene) => {
@@ -120,6 +128,29 @@ impl Reader<'_> {
             self.node(&child, &world, depth + 1)?;
         }
         Ok(())
+    }
+
+    /// One mesh, or one primitive of it, as it is stored.
+    fn part(&mut self, document: &Document, pointer: &str) -> Result<(), String> {
+        let unknown = || {
+            format!(
+                "its part is /meshes/M or /meshes/M/primitives/P, M below {}, got {}",
+                document.meshes().count(),
+                crate::quoted(pointer)
+            )
+        };
+        let words: Vec<&str> = pointer.split('/').collect();
+        let number = |word: &str| word.parse::<usize>().map_err(|_| unknown());
+        let (mesh, primitive) = match words.as_slice() {
+            ["", "meshes", mesh] => (number(mesh)?, None),
+            ["", "meshes", mesh, "primitives", primitive] => (number(mesh)?, Some(number(primitive)?)),
+            _ => return Err(unknown()),
+        };
+        let mesh = document.meshes().nth(mesh).ok_or_else(unknown)?;
+        match primitive {
+            None => self.mesh(&mesh, &IDENTITY),
+            Some(at) => self.primitive(&mesh.primitives().nth(at).ok_or_else(unknown)?, &IDENTITY),
+        }
     }
 
     fn mesh(&mut self, mesh: &gltf::Mesh<'_>, world: &Matrix) -> Result<(), String> {

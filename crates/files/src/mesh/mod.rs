@@ -46,18 +46,25 @@ impl MeshFormat {
 
 /// A mesh from the bytes of a file. `beside` reads a file that this one names (buffers of glTF), by its relative name.
 ///
+/// `part` is a JSON pointer to a mesh of glTF or to one of its primitives, `/meshes/3` or `/meshes/3/primitives/0`: that one
+/// alone, as it is stored, wherever nodes put it.
+///
 /// Errors say what is wrong and where in the file: no triangles, indices out of range, coordinates that are no numbers,
 /// more elements declared than the file has bytes for.
 pub fn decode_mesh(
     bytes: &[u8],
     format: MeshFormat,
+    part: Option<&str>,
     beside: &dyn Fn(&str) -> Result<Vec<u8>, String>,
 ) -> Result<Mesh, String> {
     let read = || match format {
         MeshFormat::Obj => obj_file::read(bytes),
         MeshFormat::Ply => ply_file::read(bytes),
-        MeshFormat::Gltf => gltf_file::read(bytes, beside),
+        MeshFormat::Gltf => gltf_file::read(bytes, part, beside),
     };
+    if part.is_some() && format != MeshFormat::Gltf {
+        return Err("only files of glTF have parts; this one is read whole".into());
+    }
     // A file made to trip a decoder must not take the program with it.
     let mesh = catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| Err("it is damaged".to_owned()))?;
     mesh.checked()

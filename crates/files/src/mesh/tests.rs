@@ -12,7 +12,7 @@ fn nowhere(name: &str) -> Result<Vec<u8>, String> {
 }
 
 fn decode(bytes: &[u8], format: MeshFormat) -> Result<Mesh, String> {
-    decode_mesh(bytes, format, &nowhere)
+    decode_mesh(bytes, format, None, &nowhere)
 }
 
 fn obj() -> String {
@@ -209,4 +209,22 @@ fn torn_and_mutated_files_are_refused_in_words() {
         }
     }
     assert!(read > 50 && refused > 500, "{read} {refused}");
+}
+
+#[test]
+fn a_part_of_a_gltf_is_read_alone_and_as_it_is_stored() {
+    let text = gltf(r#","translation":[1.0,0.0,0.0]"#, 12);
+    let read = |part: &str| decode_mesh(text.as_bytes(), MeshFormat::Gltf, Some(part), &nowhere);
+    for part in ["/meshes/0", "/meshes/0/primitives/0"] {
+        let mesh = read(part).unwrap();
+        assert_eq!(mesh.positions, POINTS);
+        assert!(mesh.is_in_metres);
+    }
+    assert_eq!(decode(text.as_bytes(), MeshFormat::Gltf).unwrap().positions[0], [1.0, 0.0, 0.0]);
+    for part in ["/meshes/1", "/meshes/0/primitives/1", "meshes/0", "/nodes/0", "", "/meshes/-1", "/meshes/0/"] {
+        let why = read(part).unwrap_err();
+        assert!(why.contains("/meshes/M") && why.contains("M below 1"), "{why}");
+    }
+    let why = decode_mesh(obj().as_bytes(), MeshFormat::Obj, Some("/meshes/0"), &nowhere).unwrap_err();
+    assert!(why.contains("only files of glTF"), "{why}");
 }
