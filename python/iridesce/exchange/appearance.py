@@ -11,6 +11,7 @@ import numpy as np
 
 from iridesce import color
 from iridesce.arguments.operands import Floats
+from iridesce.exchange.drawn import drawn_shares, is_builtin
 from iridesce.files.spectra import read_spectrum
 from iridesce.thickness import ThicknessMap
 
@@ -83,6 +84,9 @@ def roughness_of(keys: Mapping[str, Any], folder: Path, name: str, notes: list[s
     part = {key: value[key] for key in ("channel", "page") if key in value}
     path = folder / value["map"]
     try:
+        if is_builtin(value["map"]):
+            grey = drawn_shares(value["map"])
+            return _mapped(low + (high - low) * grey)
         try:
             grey = ThicknessMap.load(path, min_nm=0.0, max_nm=1.0, **part).thickness_nm
         except ValueError:
@@ -90,7 +94,11 @@ def roughness_of(keys: Mapping[str, Any], folder: Path, name: str, notes: list[s
     except ValueError as error:
         notes.append(f"{name}: the map of its roughness ({error}); the middle of its range stands for it")
         return Roughness(0.5 * (low + high), 0.5 * (low + high))
-    grey = np.clip(low + (high - low) * np.asarray(grey), 0.0, 1.0)
+    return _mapped(low + (high - low) * np.asarray(grey))
+
+
+def _mapped(values: Floats) -> Roughness:
+    grey = np.clip(values, 0.0, 1.0)
     return Roughness(float(grey.mean()), float(grey.mean()), grey)
 
 

@@ -107,10 +107,12 @@ def _request(source: Any, vary: Any, thickness: Any, light: color.Illuminant, fi
         return Request([film_of(source, layer, vary, grid, light)], light, None, fit)
     if vary is not None or thickness is not None:
         raise ValueError("vary and thickness go with a stack; the films of a scene have their own thicknesses")
-    from iridesce.exchange.scenes import films_of
+    from iridesce.exchange.laying import folder_of
+    from iridesce.exchange.pieces import pieces_of
 
     scene = Scene.load(source)
-    return Request(films_of(scene, light), light, scene, fit)
+    pieces = pieces_of(scene, light, folder_of(scene))
+    return Request([piece.film for piece in pieces if piece.film is not None], light, scene, fit, pieces)
 
 
 def _grid(thickness: Any) -> Floats:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from iridesce import _core
+from iridesce.errors import SceneError
 from iridesce.exchange.importers.common import Import
 from iridesce.scene import Scene
 
@@ -23,7 +25,8 @@ def import_scene(path: str | os.PathLike[str]) -> tuple[Scene, list[str]]:
     """Read a scene or material of another program.
 
     path       ``.gltf``, ``.glb``: KHR_materials_iridescence, transmission, ior, emissive strength, anisotropy, roughness,
-               pictures of matt surfaces; spheres and flat pieces of meshes, cameras, lights. ``.mtlx``: the film of OpenPBR
+               pictures of matt surfaces; meshes where they lie (spheres, rectangles and disks as such), instances, cameras,
+               lights. ``.mtlx``: the film of OpenPBR
                or Standard Surface, on a ball. ``.xml``: the subset of Mitsuba 3 that a scene holds. Pictures are named
                relative to the file's folder
     Returns    (Scene, what was left out: a list of sentences)
@@ -52,4 +55,26 @@ def import_scene(path: str | os.PathLike[str]) -> tuple[Scene, list[str]]:
     found = read(name)
     # Files that it names lie beside it.
     folder = Path(name).parent.resolve()
-    return Scene(_core.Scene.from_dict(found.tree(name), folder, None, False)), found.left_out
+    tree = found.tree(name)
+    scene = Scene(_core.Scene.from_dict(tree, folder, None, False))
+    if _without_open_bodies(tree, scene, found):
+        scene = Scene(_core.Scene.from_dict(tree, folder, None, False))
+    return scene, found.left_out
+
+
+def _without_open_bodies(tree: dict[str, Any], scene: Scene, found: Import) -> bool:
+    """A medium cannot fill a mesh that is open: matt grey stands for its surface, and it is told."""
+    changed = False
+    for number, item in enumerate(tree["object"]):
+        if "mesh" not in item["shape"] or not ({"dielectric", "coating"} & set(item["surface"])):
+            continue
+        try:
+            scene._core.body(number)
+        except SceneError as error:
+            if "must be closed" not in str(error):
+                raise
+            ((kind, _),) = item["surface"].items()
+            item["surface"] = {"diffuse": {"reflectance": 0.5}}
+            found.leave_out(f"{item['name']}: its {kind}: a medium fills closed meshes alone, and this one is open")
+            changed = True
+    return changed

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from iridesce.arguments.operands import Floats
 from iridesce.color import Illuminant
 from iridesce.exchange.films import ANGLES_DEG, Film
+from iridesce.exchange.pieces import Piece
 from iridesce.scene import Scene
 
 
@@ -18,6 +19,8 @@ class Request:
     illuminant: Illuminant
     scene: Scene | None = None
     fit: bool = False
+    pieces: list[Piece] = field(default_factory=list)
+    """The objects of a scene."""
 
 
 @dataclass

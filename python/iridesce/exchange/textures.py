@@ -9,10 +9,8 @@ import numpy as np
 from iridesce.exchange import exr, png
 from iridesce.exchange.films import Film
 from iridesce.exchange.knobs import coded_cost
+from iridesce.exchange.laying import RAMP
 from iridesce.exchange.package import Package
-
-RAMP = (2, 256)
-"""Columns and rows of the map that stands for a range of thickness without a map of its own."""
 
 
 def laid_out(film: Film, package: Package) -> Film:

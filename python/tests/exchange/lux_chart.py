@@ -1,6 +1,7 @@
 """Draws films with LuxCore's own film, in its own environment: `lux_chart.py FILM_IOR BASE SAMPLES`.
 
-BASE: an index, of its glass, or three numbers with commas between: the colour of a metal of its Disney material.
+BASE: an index, of its glass; thin:INDEX, of its thin-walled archglass; or three numbers with commas between: the colour of a
+metal of its Disney material.
 
 A parallel view of 24 squares of 50 to 1200 nm, tilted by each of the seven angles, lit all round by white, in front of
 black. Prints {"version", "rgb": 7 x 24 x 3} as JSON, white = 1.
@@ -16,7 +17,8 @@ import time
 import pyluxcore
 
 FILM, SAMPLES = float(sys.argv[1]), int(sys.argv[3])
-BASE = [float(word) for word in sys.argv[2].split(",")]
+GLASS = "archglass" if sys.argv[2].startswith("thin:") else "glass"
+BASE = [float(word) for word in sys.argv[2].removeprefix("thin:").split(",")]
 ANGLES = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0]
 STEPS, SIDE = 24, 4
 
@@ -50,7 +52,7 @@ def render(angle):
             text |= {f"{key}.type": ["disney"], f"{key}.basecolor": BASE, f"{key}.metallic": [1.0]}
             text |= {f"{key}.roughness": [0.0], f"{key}.filmamount": [1.0]}
         else:
-            text |= {f"{key}.type": ["glass"], f"{key}.interiorior": BASE, f"{key}.exteriorior": [1.0]}
+            text |= {f"{key}.type": [GLASS], f"{key}.interiorior": BASE, f"{key}.exteriorior": [1.0]}
             text |= {f"{key}.kr": [1.0, 1.0, 1.0], f"{key}.kt": [1.0, 1.0, 1.0]}
         text |= {f"{key}.filmthickness": [nm], f"{key}.filmior": [FILM]}
     square("behind", scene, -2.0, 2.0, tilt, 0.5)

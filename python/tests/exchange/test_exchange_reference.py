@@ -62,11 +62,29 @@ def test_the_board_has_five_renderers_each_with_version_date_and_command() -> No
     assert len({row["renderer"] for row in BOARD["rows"]}) >= 5
     page = (ROOT / "docs" / "evidence" / "renderers.md").read_text()
     for row in BOARD["rows"]:
-        assert row["version"] and row["date"].startswith("20") and row["command"] and row["charts"]
-        for name, found in row["charts"].items():
+        assert row["version"] and row["date"].startswith("20") and row["command"]
+        assert row.get("charts") or row.get("scenes")
+        for found in row.get("scenes", {}).values():
+            assert f"{found['mean']:.2f} | {found['p95']:.2f}" in page
+        for name, found in row.get("charts", {}).items():
             if "predicted_mean" in found:
                 assert abs(found["mean"] - found["predicted_mean"]) <= 0.5, (row["renderer"], name)
             assert f"{found['mean']:.2f} / {found['max']:.1f}" in page
+
+
+def test_the_gltf_beside_a_scene_holds_its_geometry() -> None:
+    for name, entry in INDEX["scenes"].items():
+        scene = ir.Scene.load(FOLDER / entry["scene"]).to_dict()
+        again, _ = ir.import_scene(FOLDER / entry["gltf"])
+        tree = again.to_dict()
+        assert [item["name"] for item in tree["object"]] == [item["name"] for item in scene["object"]], name
+        metres = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}[scene["unit"]]
+        assert np.allclose(tree["camera"]["position"], np.array(scene["camera"]["position"]) * metres, atol=1e-6)
+        for one, other in zip(scene["object"], tree["object"], strict=True):
+            ((kind, keys),) = one["shape"].items()
+            if kind in ("sphere", "rectangle", "disk"):
+                found = other["shape"][kind]
+                assert np.allclose(found["center"], np.array(keys["center"]) * metres, atol=1e-6), (name, one["name"])
 
 
 def test_pictures_of_scenes_are_as_large_as_told() -> None:

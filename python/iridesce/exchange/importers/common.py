@@ -6,7 +6,13 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
+from iridesce.arguments.operands import Floats
+
 MOST_BYTES = 2**28
+
+_MOST_INSTANCES = 100_000
 
 _LEAST_NM, _MOST_NM = 5.0, 5e4
 # A film of light's own size lies between these; a thousandth or a thousand times of it lies outside.
@@ -41,6 +47,26 @@ class Import:
             if count > 1:
                 item["name"] = f"{item['name']}-{count}"
         return {"version": 1, "unit": self.unit, "camera": self.camera, "object": self.objects, "light": self.lights}
+
+
+def placed(item: dict[str, Any], placements: Floats, found: Import) -> dict[str, Any] | None:
+    """An object where matrices (n, 3, 4) put it: as it stands, moved, or as instances; ``None`` where none has a volume."""
+    size = np.linalg.norm(placements[:, :, :3], axis=1).prod(axis=1)
+    kept = np.asarray(np.isfinite(placements).all(axis=(1, 2)))
+    kept &= np.abs(np.linalg.det(np.where(kept[:, None, None], placements[:, :, :3], 0.0))) > 1e-12 * size
+    if not kept.all():
+        found.leave_out(f"{item['name']}: {(~kept).sum()} placements that squeeze it flat")
+        placements = placements[kept]
+    if len(placements) > _MOST_INSTANCES:
+        found.leave_out(f"{item['name']}: all but {_MOST_INSTANCES} of its {len(placements)} instances")
+        placements = placements[:_MOST_INSTANCES]
+    if not len(placements):
+        return None
+    if len(placements) > 1:
+        return {**item, "instances": [{"matrix": rows} for rows in placements.tolist()]}
+    if np.array_equal(placements[0], np.eye(4)[:3]):
+        return item
+    return {**item, "transform": {"matrix": placements[0].tolist()}}
 
 
 def checked_nm(found: Import, label: str, where: str, nm: float, unit: str) -> float:
@@ -86,8 +112,10 @@ def film_surface(film_ior: float, nm: Any, base: Any, free: bool) -> dict[str, A
 
 
 def plain(name: Any, otherwise: str) -> str:
-    """A name for an object."""
-    return name if isinstance(name, str) and name.strip() else otherwise
+    """A name for an object: letters, digits, - and _."""
+    if not isinstance(name, str) or not name.strip():
+        return otherwise
+    return "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in name.strip())[:90]
 
 
 def _because(left_out: list[str]) -> str:

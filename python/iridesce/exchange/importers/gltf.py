@@ -1,4 +1,4 @@
-"""glTF 2.0 with KHR_materials_iridescence. Meshes that are spheres or flat become shapes; others are left out, and told."""
+"""glTF 2.0 with KHR_materials_iridescence. Meshes that are spheres or flat become shapes; others stay in the file."""
 
 from __future__ import annotations
 
@@ -17,10 +17,12 @@ from iridesce.exchange.importers.common import (
     checked_nm,
     film_surface,
     index_of_f0,
+    placed,
     plain,
     roughened,
     spot_angles,
 )
+from iridesce.exchange.importers.shapes import on_chart, shape_of
 from iridesce.files.whole import read_whole
 
 _KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -66,17 +68,26 @@ class _Reader:
     def __init__(self, root: dict[str, Any], label: str, binary: bytes | None) -> None:
         self.root, self.label, self.binary = root, label, binary
         self.found = Import(unit="m")
+        # Where each primitive of a mesh is put, and under which name first.
+        self.uses: dict[tuple[int, int], tuple[str, list[Floats]]] = {}
+        self.met: set[int] = set()
 
     def read(self) -> Import:
         root = self.root
         for name in root.get("extensionsRequired", []):
             if name not in _KNOWN:
                 self.found.leave_out(f"the required extension {name}")
-        scene = (
-            root["scenes"][root.get("scene", 0)] if root.get("scenes") else {"nodes": list(range(len(root["nodes"])))}
-        )
-        for number in scene.get("nodes", []):
+        if root.get("scenes"):
+            roots = root["scenes"][root.get("scene", 0)].get("nodes", [])
+        else:
+            below = {child for node in root["nodes"] for child in node.get("children", [])}
+            roots = [number for number in range(len(root["nodes"])) if number not in below] or (root["nodes"] and [0])
+        for number in roots:
             self._node(number, np.eye(4), 0)
+        for (mesh, index), (name, matrices) in self.uses.items():
+            if len(matrices) > 1:  # the first of many nodes does not name them all
+                name = plain(root["meshes"][mesh].get("name"), name) + (f"-{index}" if index else "")
+            self._primitive(name, mesh, index, np.stack(matrices)[:, :3])
         if root.get("animations"):
             self.found.leave_out("animations")
         return self.found
@@ -84,12 +95,17 @@ class _Reader:
     def _node(self, number: int, above: Floats, depth: int) -> None:
         if depth > _DEEPEST:
             raise ValueError(f"{self.label}: nodes are nested more than {_DEEPEST} deep, or in a circle")
+        if number in self.met:
+            raise ValueError(f"{self.label}: node {number} hangs below two others, or in a circle")
+        self.met.add(number)
         node = self.root["nodes"][number]
         matrix = above @ _matrix(node)
         name = plain(node.get("name"), f"node-{number}")
         if "mesh" in node:
-            for index, primitive in enumerate(self.root["meshes"][node["mesh"]]["primitives"]):
-                self._primitive(name if index == 0 else f"{name}-{index}", primitive, matrix)
+            for index in range(len(self.root["meshes"][node["mesh"]]["primitives"])):
+                own = name if index == 0 else f"{name}-{index}"
+                uses = self.uses.setdefault((node["mesh"], index), (own, []))[1]
+                uses += [matrix @ each for each in self._instances(node)]
         if "camera" in node and not self.found.camera:
             self._camera(self.root["cameras"][node["camera"]], matrix)
         if "KHR_lights_punctual" in node.get("extensions", {}):
@@ -98,16 +114,60 @@ class _Reader:
         for child in node.get("children", []):
             self._node(child, matrix, depth + 1)
 
-    def _primitive(self, name: str, primitive: dict[str, Any], matrix: Floats) -> None:
-        points = self._accessor(primitive["attributes"]["POSITION"]) @ matrix[:3, :3].T + matrix[:3, 3]
-        shape = shape_of(points)
-        if shape is None:
-            self.found.leave_out(f"{name}: a mesh that is neither a sphere nor a flat rectangle or disk")
-            return
-        material = self.root["materials"][primitive["material"]] if "material" in primitive else {}
-        self.found.objects.append({"name": name, "shape": shape, "surface": self._surface(name, material)})
+    def _instances(self, node: dict[str, Any]) -> list[Floats]:
+        """What EXT_mesh_gpu_instancing says; once without it."""
+        extension = node.get("extensions", {}).get("EXT_mesh_gpu_instancing")
+        if extension is None:
+            return [np.eye(4)]
+        parts = {key: self._accessor(number) for key, number in extension["attributes"].items()}
+        count = max((len(values) for values in parts.values()), default=0)
+        moves = parts.get("TRANSLATION", np.zeros((count, 3)))
+        turns = parts.get("ROTATION", np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)))
+        scales = parts.get("SCALE", np.ones((count, 3)))
+        if not len(moves) == len(turns) == len(scales):
+            raise ValueError(f"{self.label}: EXT_mesh_gpu_instancing with lists of different lengths")
+        return [
+            _matrix({"translation": move, "rotation": turn, "scale": scale})
+            for move, turn, scale in zip(moves, turns, scales, strict=True)
+        ]
 
-    def _surface(self, name: str, material: dict[str, Any]) -> dict[str, Any]:
+    def _primitive(self, name: str, mesh: int, index: int, placements: Floats) -> None:
+        """A shape where it is one, else that part of the file as a mesh; once, or as instances."""
+        primitive = self.root["meshes"][mesh]["primitives"][index]
+        if primitive.get("mode", 4) not in (4, 5, 6):
+            self.found.leave_out(f"{name}: points and lines")
+            return
+        if primitive.get("targets"):
+            self.found.leave_out(f"{name}: its morph targets")
+        points = self._accessor(primitive["attributes"]["POSITION"])
+        uv = None
+        if "TEXCOORD_0" in primitive["attributes"]:
+            uv = self._accessor(primitive["attributes"]["TEXCOORD_0"])
+            uv = np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
+        material = self.root["materials"][primitive["material"]] if "material" in primitive else {}
+        mapped = _is_mapped(material)
+        shape, where = None, placements
+        if len(placements) == 1:
+            there = points @ placements[0, :, :3].T + placements[0, :, 3]
+            shape, where = self._shape(there, uv, mapped), np.eye(4)[None, :3]
+        if shape is None:
+            shape, where = self._shape(points, uv, mapped), placements
+        if shape is None:
+            shape = {"mesh": {"file": Path(self.label).name, "part": f"/meshes/{mesh}/primitives/{index}"}}
+        surface = self._surface(name, material, uv is not None)
+        item = placed({"name": name, "shape": shape, "surface": surface}, where, self.found)
+        if item is not None:
+            self.found.objects.append(item)
+
+    def _shape(self, points: Floats, uv: Floats | None, mapped: bool) -> dict[str, Any] | None:
+        """The shape that points lie on; with maps on it only if they lie there as they do on a shape of ours."""
+        shape = shape_of(points)
+        if shape is None or uv is None:
+            return None if mapped else shape
+        own = on_chart(shape, points, uv)
+        return own if own is not None or mapped else shape
+
+    def _surface(self, name: str, material: dict[str, Any], has_uv: bool) -> dict[str, Any]:
         extensions = material.get("extensions", {})
         surface = material.get("pbrMetallicRoughness", {})
         color = [float(x) for x in surface.get("baseColorFactor", [1, 1, 1, 1])][:3]
@@ -130,7 +190,7 @@ class _Reader:
             return {"emitter": {"illuminant": "D65", "radiance": strength * luminance}}
         if film is not None and float(film.get("iridescenceFactor", 0.0)) > 0.0:
             self._no_picture(name, surface)
-            return roughened(self._film(name, film, color, metal, ior, clear), roughness)
+            return roughened(self._film(name, film, color, metal, ior, clear, has_uv), roughness)
         if metal > 0.5:
             self.found.leave_out(f"{name}: a metal by its colour; a clear medium of the same reflectance stands for it")
             self._no_picture(name, surface)
@@ -138,7 +198,7 @@ class _Reader:
         if clear > 0.5:
             self._no_picture(name, surface)
             return roughened({"dielectric": {"medium": max(ior, 1.0 + 1e-6)}}, roughness)
-        picture = self._picture(name, surface, color)
+        picture = self._picture(name, surface, color) if has_uv else None
         if picture is not None:
             return {"diffuse": {"reflectance": {"map": picture}}}
         return {"diffuse": {"reflectance": [min(max(x, 0.0), 1.0) for x in color]}}
@@ -232,7 +292,14 @@ class _Reader:
         self.found.lights.append({kind: {**keys, "illuminant": "D65"}})
 
     def _film(
-        self, name: str, film: dict[str, Any], color: list[float], metal: float, ior: float, clear: float
+        self,
+        name: str,
+        film: dict[str, Any],
+        color: list[float],
+        metal: float,
+        ior: float,
+        clear: float,
+        has_uv: bool,
     ) -> dict[str, Any]:
         if float(film["iridescenceFactor"]) < 1.0 or "iridescenceTexture" in film:
             self.found.leave_out(f"{name}: a film that is there in part")
@@ -248,8 +315,7 @@ class _Reader:
                 checked_nm(self.found, self.label, name, max(low, high), "nm")
             if low > high:
                 self.found.leave_out(f"{name}: its least thickness is above its greatest, {low:g} > {high:g} nm")
-            image = self.root["images"][self.root["textures"][texture["index"]]["source"]]
-            nm = self._map(name, image, low, high)
+            nm = self._map(name, texture, low, high, has_uv)
         free = clear > 0.5 and abs(ior - 1.0) < 1e-3 and metal < 0.5
         base: Any = max(ior, 1.0)
         if metal > 0.5:
@@ -259,11 +325,10 @@ class _Reader:
             )
         return film_surface(index, nm, base, free)
 
-    def _map(self, name: str, image: dict[str, Any], low: float, high: float) -> Any:
-        uri = image.get("uri", "")
+    def _map(self, name: str, texture: dict[str, Any], low: float, high: float, has_uv: bool) -> Any:
         mean = 0.5 * (low + high)
-        path = Path(self.label).parent / uri
-        if not uri or uri.startswith("data:") or not path.is_file() or low > high:
+        path = self._image(texture)
+        if path is None or low > high:
             self.found.leave_out(f"{name}: the map of thickness inside the file; {mean:g} nm stands for it")
             return mean
         from iridesce.exchange import png
@@ -273,18 +338,14 @@ class _Reader:
         except ValueError as error:
             self.found.leave_out(f"{name}: the map of thickness ({error}); {mean:g} nm stands for it")
             return mean
-        channel = values.values[..., min(1, values.values.shape[2] - 1)] / values.peak
-        rows = channel.mean(axis=1)
-        if np.ptp(channel, axis=1).max() < 1e-3 and len(rows) > 1:
-            # A map that changes downwards only is a gradient, where it is straight.
-            straight = np.linspace(rows[0], rows[-1], len(rows))
-            if np.abs(rows - straight).max() < 2e-3:
-                top, bottom = (low + (high - low) * float(rows[end]) for end in (0, -1))
-                self.found.leave_out(
-                    f"{name}: the map of thickness is taken as a gradient from {top:g} to {bottom:g} nm by height"
-                )
-                return {"gradient": {"top": top, "bottom": bottom}}
-        value = low + (high - low) * float(channel.mean())
+        if low == high:
+            return low
+        channels = values.values.shape[2]
+        if has_uv and texture.get("texCoord", 0) == 0 and "extensions" not in texture and channels != 2:
+            file = path.relative_to(Path(self.label).parent.resolve()).as_posix()
+            channel = {} if channels == 1 else {"channel": "G"}
+            return {"map": file, "min_nm": low, "max_nm": high, **channel}
+        value = low + (high - low) * float((values.values[..., min(1, channels - 1)] / values.peak).mean())
         self.found.leave_out(f"{name}: the map of thickness; its mean, {value:g} nm, stands for it")
         return value
 
@@ -344,49 +405,17 @@ _KNOWN = {
     "KHR_materials_emissive_strength",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
+    "EXT_mesh_gpu_instancing",
 }
 
 
-def shape_of(points: Floats) -> dict[str, Any] | None:
-    """The sphere, rectangle or disk that points lie on; ``None`` for anything else."""
-    if len(points) < 4 or not np.isfinite(points).all():
-        return None
-    size = float(np.ptp(points, axis=0).max())
-    if size <= 0.0:
-        return None
-    middle = points.mean(axis=0)
-    _, spread, axes = np.linalg.svd(points - middle, full_matrices=False)
-    if spread[2] < 1e-5 * spread[0]:
-        return _flat(points, middle, axes, size)
-    # The sphere of least squares: |p|^2 = 2 c.p + (r^2 - |c|^2).
-    design = np.concatenate([2.0 * (points - middle), np.ones((len(points), 1))], axis=1)
-    solution = np.linalg.lstsq(design, ((points - middle) ** 2).sum(axis=1), rcond=None)[0]
-    center = solution[:3]
-    radius = float(np.sqrt(max(solution[3] + center @ center, 0.0)))
-    away = np.abs(np.linalg.norm(points - middle - center, axis=1) - radius)
-    reaches = all(np.ptp(points[:, axis]) > 1.9 * radius for axis in range(3))
-    if away.max() > 1e-3 * radius or not reaches:
-        return None
-    return {"sphere": {"center": (middle + center).tolist(), "radius": radius}}
-
-
-def _flat(points: Floats, middle: Floats, axes: Floats, size: float) -> dict[str, Any] | None:
-    across = points - middle
-    if len(points) == 4:
-        # A parallelogram: the corner opposite the first is the sum of its neighbours.
-        for far in (1, 2, 3):
-            near = [i for i in (1, 2, 3) if i != far]
-            u, v = (points[i] - points[0] for i in near)
-            if np.linalg.norm(points[0] + u + v - points[far]) < 1e-6 * size:
-                center = points[0] + 0.5 * (u + v)
-                return {"rectangle": {"center": center.tolist(), "u": (0.5 * u).tolist(), "v": (0.5 * v).tolist()}}
-        return None
-    radius = float(np.linalg.norm(across, axis=1).max())
-    rim = np.linalg.norm(across, axis=1) > 0.999 * radius
-    if rim.sum() >= len(points) - 1 >= 8:
-        normal = axes[2]
-        return {"disk": {"center": middle.tolist(), "normal": normal.tolist(), "radius": radius}}
-    return None
+def _is_mapped(material: dict[str, Any]) -> bool:
+    """Whether something lies on it by u and v that a scene takes."""
+    surface, film = (
+        material.get("pbrMetallicRoughness", {}),
+        material.get("extensions", {}).get("KHR_materials_iridescence", {}),
+    )
+    return "baseColorTexture" in surface or "iridescenceThicknessTexture" in film
 
 
 def _matrix(node: dict[str, Any]) -> Floats:

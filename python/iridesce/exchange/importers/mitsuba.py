@@ -1,5 +1,6 @@
-"""Mitsuba 3's XML, the subset that a scene holds: spheres, rectangles, disks; diffuse, dielectric, conductor, our own
-film; constant and map environments, area lights; perspective and orthographic sensors."""
+"""Mitsuba 3's XML, the subset that a scene holds: spheres, rectangles, disks, cylinders, meshes of OBJ and PLY, groups and
+their instances, bumps; diffuse, dielectric, conductor, our own film; constant and map environments, area lights, lights
+without size; perspective and orthographic sensors."""
 
 from __future__ import annotations
 
@@ -10,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from iridesce.arguments.operands import Floats
-from iridesce.exchange.importers.common import MOST_BYTES, Import, checked_nm, roughened, spot_angles
+from iridesce.exchange.films import read_stack
+from iridesce.exchange.importers.common import MOST_BYTES, Import, checked_nm, placed, plain, roughened, spot_angles
 from iridesce.exchange.importers.materialx import _float, parsed
 from iridesce.files.whole import read_whole
 
@@ -31,12 +33,16 @@ class _Reader:
         self.root, self.label = root, label
         self.found = Import(unit="m")
         self.named = {one.get("id"): one for one in root.iter("bsdf") if one.get("id")}
+        self.groups = {one.get("id"): one for one in root.iter("shape") if one.get("type") == "shapegroup"}
+        self.instances: dict[str, list[Floats]] = {}
         self.defaults = {one.get("name"): one.get("value") for one in root.findall("default")}
 
     def read(self) -> Import:
         for number, element in enumerate(self.root):
             kind = element.get("type", "")
-            if element.tag == "shape":
+            if element.tag == "shape" and kind == "instance":
+                self._instance(element, number)
+            elif element.tag == "shape" and kind != "shapegroup":
                 self._shape(element, kind, number)
             elif element.tag == "emitter":
                 self._emitter(element, kind)
@@ -44,10 +50,22 @@ class _Reader:
                 self._sensor(element, kind)
             elif element.tag in ("medium", "include", "volume"):
                 self.found.leave_out(f"<{element.tag}>")
+        for ident, placements in self.instances.items():
+            for number, element in enumerate(self.groups[ident].findall("shape")):
+                self._shape(element, element.get("type", ""), number, np.stack(placements))
         return self.found
 
-    def _shape(self, element: ET.Element, kind: str, number: int) -> None:
-        name = element.get("id") or f"{kind}-{number}"
+    def _instance(self, element: ET.Element, number: int) -> None:
+        inside = element.find("ref")
+        ident = (inside.get("id") if inside is not None else None) or ""
+        if ident not in self.groups:
+            self.found.leave_out(f"instance-{number}: the group {ident!r}, which is not there")
+            return
+        self.instances.setdefault(ident, []).append(self._transform(element, "to_world"))
+
+    def _shape(self, element: ET.Element, kind: str, number: int, instances: Floats | None = None) -> None:
+        name = plain(element.get("id"), f"{kind}-{number}")
+        extra: dict[str, Any] = {}
         matrix = self._transform(element, "to_world")
         if kind == "sphere":
             center = self._point(element, "center", [0.0, 0.0, 0.0])
@@ -78,20 +96,98 @@ class _Reader:
                     "radius": float(np.linalg.norm(matrix[:3, 0])),
                 }
             }
+        elif kind == "cylinder":
+            ends = [matrix[:3, :3] @ self._point(element, key, at) + matrix[:3, 3] for key, at in _ENDS]
+            scale = np.linalg.norm(matrix[:3, :3], axis=0)
+            axis = ends[1] - ends[0]
+            if np.ptp(scale) > 1e-6 * scale.max() or not np.linalg.norm(axis) > 0.0:
+                self.found.leave_out(f"{name}: a cylinder that is squeezed")
+                return
+            shape = {
+                "cylinder": {
+                    "center": (0.5 * (ends[0] + ends[1])).tolist(),
+                    "axis": axis.tolist(),
+                    "radius": self._number(element, "radius", 1.0) * float(scale.mean()),
+                    "height": float(np.linalg.norm(axis)),
+                }
+            }
+        elif kind in ("obj", "ply"):
+            file = self._file(element)
+            if file is None:
+                self.found.leave_out(f"{name}: its {kind} file, which does not lie beside this one")
+                return
+            shape = {"mesh": {"file": file}}
+            for key in ("flip_normals", "face_normals"):
+                # Faces without normals are flat in a scene as they are.
+                if self._flag(element, key, False) and not (key == "face_normals" and self._is_flat(file)):
+                    self.found.leave_out(f"{name}: {key}")
         else:
             self.found.leave_out(f"{name}: the shape {kind}")
             return
+        placements = np.eye(4)[None] if instances is None else instances
+        if kind in ("obj", "ply"):
+            placements = placements @ matrix
+        # Mitsuba's textures count v from the top of a picture; files of OBJ are turned as they are read.
+        is_turned = kind in ("obj", "ply") and self._flag(element, "flip_tex_coords", kind == "obj")
+        if kind in ("obj", "ply", "rectangle") and not is_turned:
+            extra = {"uv": {"scale": [1.0, -1.0], "offset": [0.0, 1.0]}}
         glow = next((one for one in element.findall("emitter") if one.get("type") == "area"), None)
         surface = {"emitter": self._light(glow)} if glow is not None else self._surface(element, name)
-        self.found.objects.append({"name": name, "shape": shape, "surface": surface})
+        bump = None if glow is not None else self._bump(element, name)
+        item = {"name": name, "shape": shape, "surface": surface, **({} if bump is None else {"bump": bump})}
+        if _has_map(item):
+            if kind in ("sphere", "cylinder", "disk"):
+                self.found.leave_out(f"{name}: how Mitsuba lays maps over a {kind}; they lie as a scene lays them")
+            item |= extra
+        made = placed(item, placements[:, :3], self.found)
+        if made is not None:
+            self.found.objects.append(made)
+
+    def _file(self, element: ET.Element) -> str | None:
+        """The file that a shape or a texture names, where it lies beside this one or below."""
+        name = next((one.get("value", "") for one in element.findall("string") if one.get("name") == "filename"), "")
+        folder = Path(self.label).parent.resolve()
+        path = (folder / name).resolve()
+        if not name or not path.is_relative_to(folder) or not path.is_file():
+            return None
+        return path.relative_to(folder).as_posix()
+
+    def _flag(self, element: ET.Element, name: str, otherwise: bool) -> bool:
+        value = next((one.get("value") for one in element.findall("boolean") if one.get("name") == name), None)
+        return otherwise if value is None else value == "true"
+
+    def _is_flat(self, file: str) -> bool:
+        """Whether a PLY or OBJ file has no normals of its own."""
+        content = read_whole(str(Path(self.label).parent / file), 2**31, "no mesh here has")
+        if file.lower().endswith(".ply"):
+            head = content[: content.find(b"end_header")]
+            return not any(line.split()[-1:] == [b"nx"] for line in head.splitlines())
+        return not any(line.startswith(b"vn ") for line in content.splitlines())
+
+    def _bump(self, element: ET.Element, name: str) -> dict[str, Any] | None:
+        """The bump around a material, where its texture is a file."""
+        bsdf = self._outermost(element)
+        while bsdf is not None and bsdf.get("type") in ("twosided", "bumpmap"):
+            if bsdf.get("type") == "bumpmap":
+                texture = bsdf.find("texture")
+                file = None if texture is None or texture.get("type") != "bitmap" else self._file(texture)
+                if file is None:
+                    self.found.leave_out(f"{name}: its bump, whose texture is no file beside this one")
+                    return None
+                return {"map": file, "height": self._number(bsdf, "scale", 1.0)}
+            bsdf = bsdf.find("bsdf")
+        return None
+
+    def _outermost(self, element: ET.Element) -> ET.Element | None:
+        bsdf, reference = element.find("bsdf"), element.find("ref")
+        if bsdf is None and reference is not None:
+            return self.named.get(reference.get("id"))
+        return bsdf
 
     def _surface(self, element: ET.Element, name: str) -> dict[str, Any]:
-        bsdf = element.find("bsdf")
-        reference = element.find("ref")
-        if bsdf is None and reference is not None:
-            bsdf = self.named.get(reference.get("id"))
+        bsdf = self._outermost(element)
         while bsdf is not None and bsdf.get("type") in ("twosided", "mask", "bumpmap", "normalmap"):
-            if bsdf.get("type") != "twosided":
+            if bsdf.get("type") not in ("twosided", "bumpmap"):
                 self.found.leave_out(f"{name}: the {bsdf.get('type')} around its material")
             bsdf = bsdf.find("bsdf")
         kind = "diffuse" if bsdf is None else bsdf.get("type", "")
@@ -128,12 +224,28 @@ class _Reader:
         return along[0] if along[0] == along[1] else along
 
     def _film(self, bsdf: ET.Element, name: str) -> dict[str, Any]:
-        self.found.leave_out(f"{name}: what the film is made of: its table holds spectra; soap stands for it")
         value = next((one.get("value") for one in bsdf.findall("float") if one.get("name") == "thickness_nm"), None)
-        nm = 320.0 if value is None else checked_nm(self.found, self.label, name, self._text_number(value), "nm")
-        if value is None:
+        texture = next((one for one in bsdf.findall("texture") if one.get("name") == "thickness_nm"), None)
+        file = None if texture is None else self._file(texture)
+        nm: Any = 320.0
+        if value is not None:
+            nm = checked_nm(self.found, self.label, name, self._text_number(value), "nm")
+        elif file is not None and file.lower().endswith(".exr"):
+            nm = {"map": file}
+        else:
             self.found.leave_out(f"{name}: the map of its thickness; 320 nm stands for it")
-        return {"film": {"medium": "soap", "thickness_nm": nm}}
+        surface = _film_of(self._string(bsdf, "stack"), nm)
+        if surface is None:
+            self.found.leave_out(f"{name}: what the film is made of: its table holds spectra; soap stands for it")
+            surface = {"film": {"medium": "soap", "thickness_nm": nm}}
+        if any(one.get("name") == "alpha" for one in bsdf.findall("texture")):
+            self.found.leave_out(f"{name}: the map of its roughness; alpha 0.1 stands for it")
+            return roughened(surface, 0.1**0.5)
+        along = [min(max(self._number(bsdf, key, 0.0), 0.0), 1.0) ** 0.5 for key in ("alpha_u", "alpha_v")]
+        return roughened(surface, (along[0] if along[0] == along[1] else along) if max(along) > 0.0 else 0.0)
+
+    def _string(self, element: ET.Element, name: str) -> str:
+        return next((one.get("value", "") for one in element.findall("string") if one.get("name") == name), "")
 
     def _conductor(self, bsdf: ET.Element, name: str) -> dict[str, Any]:
         material = next((one.get("value") for one in bsdf.findall("string") if one.get("name") == "material"), None)
@@ -341,3 +453,43 @@ class _Reader:
         if text.startswith("$"):
             text = self.defaults.get(text[1:]) or text
         return _float(text, self.label, "a value")
+
+
+_ENDS = (("p0", [0.0, 0.0, 0.0]), ("p1", [0.0, 0.0, 1.0]))
+
+
+def _has_map(item: dict[str, Any]) -> bool:
+    ((_, keys),) = item["surface"].items()
+    named = (
+        keys.get("reflectance"),
+        keys.get("thickness_nm"),
+        *(one["thickness_nm"] for one in keys.get("layers", ())),
+    )
+    return "bump" in item or any(isinstance(one, dict) and "map" in one for one in named)
+
+
+def _film_of(text: str, nm: Any) -> dict[str, Any] | None:
+    """The surface of a stack in words, whose open thickness is nm; ``None`` for words that are none."""
+    try:
+        stack, layer = read_stack(text)
+    except ValueError:
+        return None
+    if layer is None or not all(one.coherent for one in stack.layers):
+        return None
+    media = [_medium(one) for one in stack.media]
+    if stack.first == stack.last and len(stack.layers) == 1:
+        return {"film": {"medium": media[1], "thickness_nm": nm, "outside": media[0]}}
+    if stack.first.name not in ("air", "vacuum"):
+        return None
+    thicknesses = [
+        nm if number == layer else float(one._thickness.values.flat[0]) for number, one in enumerate(stack.layers)
+    ]
+    layers = [{"medium": one, "thickness_nm": t} for one, t in zip(media[1:-1], thicknesses, strict=True)]
+    return {"coating": {"layers": layers, "substrate": media[-1]}}
+
+
+def _medium(medium: Any) -> Any:
+    index = medium._core.constant_index
+    if index is None or medium.name in ("air", "vacuum"):
+        return medium.name
+    return index[0] if index[1] == 0.0 else list(index)

@@ -13,15 +13,27 @@ from iridesce import _core, color
 from iridesce.arguments.operands import Floats
 from iridesce.exchange.appearance import lamp_rgb, reflectance_of
 from iridesce.exchange.films import Film
-from iridesce.exchange.geometry import Mesh, Surface, surface_of
+from iridesce.exchange.geometry import Mesh, Surface
 from iridesce.exchange.knobs import Knobs, differences, fitted, knobs_of
+from iridesce.exchange.laying import MM, folder_of
 from iridesce.exchange.package import Package, Request
-from iridesce.exchange.scenes import MM, folder_of, plain_name
-from iridesce.exchange.surfaces import picture_file, roughness_png, told_camera, told_item, told_spectrum
+from iridesce.exchange.pieces import Piece, turned
+from iridesce.exchange.surfaces import (
+    normal_png,
+    picture_file,
+    roughness_png,
+    told_camera,
+    told_piece,
+    told_spectrum,
+)
 from iridesce.exchange.textures import laid_out, thickness_png
 from iridesce.exchange.twins import gltf as twin
 
 _TAKES = ("film_ior", "base_ior", "f0")
+_HELD = (False, False)
+
+MOST_NODES = 10_000
+"""Instances of one object beyond which a file of plain nodes is too large; then EXT_mesh_gpu_instancing."""
 
 
 def export_gltf(request: Request) -> Package:
@@ -29,14 +41,14 @@ def export_gltf(request: Request) -> Package:
     package = Package()
     name = "film" if request.scene is None else "scene"
     document = _Document(f"{name}.bin")
-    materials = {film.name: document.material(_material(film, request, package, document)) for film in request.films}
     if request.scene is None:
         film = request.films[0]
         mesh = Surface("sphere", {"center": [0.0, 0.0, 0.0], "radius": 1.0}).mesh()
-        document.node({"name": film.name, "mesh": document.mesh(film.name, mesh, materials[film.name])})
+        material = document.material(_material(film, request, package, document, _HELD))
+        document.node({"name": film.name, "mesh": document.mesh(film.name, mesh, material)})
         package.note("the material is on a sphere of radius 1 m; take it from there")
     else:
-        _scene(request.scene.to_dict(), folder_of(request.scene), materials, document, package)
+        _scene(request, request.scene.to_dict(), folder_of(request.scene), document, package)
     package.files[f"{name}.gltf"] = document.text()
     package.files[f"{name}.bin"] = document.buffer()
     package.note("iridescenceThickness in nm; in the map of thickness channel G counts, linear, first row on top")
@@ -56,7 +68,9 @@ def show_three(knobs: Knobs, thickness_nm: Floats, cosine: Floats) -> Floats:
     return twin.rgb(thickness_nm, cosine, knobs.film_ior, f0, fifth=twin.fifth_power_of_three)
 
 
-def _material(film: Film, request: Request, package: Package, document: _Document) -> dict[str, Any]:
+def _material(
+    film: Film, request: Request, package: Package, document: _Document, repeats: tuple[bool, bool]
+) -> dict[str, Any]:
     knobs = knobs_of(film, package, "gltf")
     if request.fit and film.layer is not None:
         knobs = fitted(show, knobs, film, package, _TAKES)
@@ -80,7 +94,7 @@ def _material(film: Film, request: Request, package: Package, document: _Documen
         if film.free:
             material["doubleSided"] = True
     material["pbrMetallicRoughness"] = surface
-    _rough(film, material, document, package)
+    _rough(film, material, document, package, repeats)
     if film.layer is not None:
         low, high = film.range_nm
         iridescence: dict[str, Any] = {"iridescenceFactor": 1.0, "iridescenceIor": knobs.film_ior}
@@ -88,7 +102,7 @@ def _material(film: Film, request: Request, package: Package, document: _Documen
             film = laid_out(film, package)
             file = f"{film.name}_thickness.png"
             thickness_png(film, package, file)
-            iridescence["iridescenceThicknessTexture"] = {"index": document.texture(file)}
+            iridescence["iridescenceThicknessTexture"] = {"index": document.texture(file, repeats)}
             iridescence["iridescenceThicknessMinimum"], iridescence["iridescenceThicknessMaximum"] = low, high
         else:
             # Without a texture the maximum alone counts.
@@ -98,7 +112,9 @@ def _material(film: Film, request: Request, package: Package, document: _Documen
     return material
 
 
-def _rough(film: Film, material: dict[str, Any], document: _Document, package: Package) -> None:
+def _rough(
+    film: Film, material: dict[str, Any], document: _Document, package: Package, repeats: tuple[bool, bool]
+) -> None:
     rough, surface = film.roughness, material["pbrMetallicRoughness"]
     if rough is None:
         return
@@ -109,34 +125,32 @@ def _rough(film: Film, material: dict[str, Any], document: _Document, package: P
     surface["roughnessFactor"], strength, turn = rough.gltf()
     if rough.grey is not None:
         surface["roughnessFactor"] = 1.0
-        texture = document.texture(roughness_png(film.name, rough, package))
+        texture = document.texture(roughness_png(film.name, rough, package), repeats)
         surface["metallicRoughnessTexture"] = {"index": texture}
     if strength > 0.0:
         direction = {"anisotropyStrength": strength, "anisotropyRotation": turn}
         material["extensions"]["KHR_materials_anisotropy"] = direction
 
 
-def _scene(
-    tree: Mapping[str, Any], folder: Path, materials: Mapping[str, int], document: _Document, package: Package
-) -> None:
+def _scene(request: Request, tree: Mapping[str, Any], folder: Path, document: _Document, package: Package) -> None:
     metres = MM[tree["unit"]] / 1000.0
     camera = tree["camera"]
     eye, target, up = (np.asarray(camera[key], dtype=np.float64) for key in ("position", "target", "up"))
     distance = float(np.linalg.norm(eye - target))
-    for item in tree["object"]:
-        surface = surface_of(item["shape"])
-        if surface is None:
-            package.drop(f"{item['name']}: the shape {next(iter(item['shape']))} is not written")
-            continue
-        mesh = surface.mesh(extent=20.0 * distance)
-        if surface.kind == "plane":
-            package.note(f"{item['name']}: the plane is cut at {20.0 * distance:g} {tree['unit']}")
-        told_item(item, package)
-        name = plain_name(item["name"])
-        material = materials.get(name)
-        if material is None:
-            material = document.material(_plain_material(name, item["surface"], folder, document, package))
-        document.node({"name": name, "mesh": document.mesh(name, _scaled(mesh, metres), material)})
+    extent = 20.0 * distance
+    for piece in request.pieces:
+        if piece.surface is not None and piece.surface.kind == "plane":
+            package.note(f"{piece.name}: the plane is cut at {extent:g} {tree['unit']}")
+        told_piece(piece, package)
+        if piece.film is not None:
+            made = _material(piece.film, request, package, document, piece.repeats)
+        else:
+            made = _plain_material(piece, folder, document, package)
+        normals = normal_png(piece, folder, package, extent)
+        if normals is not None:
+            made["normalTexture"] = {"index": document.texture(normals, piece.repeats)}
+        mesh = document.mesh(piece.name, piece.mesh(extent).scaled(metres), document.material(made))
+        _put(piece, mesh, metres, document, package)
     document.node({"name": "camera", "camera": 0, "matrix": _look(eye * metres, target * metres, up)})
     told_camera(camera, package, lens=False)
     document.root["cameras"] = [_camera(camera, metres, distance)]
@@ -145,10 +159,41 @@ def _scene(
         document.light(kind, keys, metres, number, package)
 
 
-def _plain_material(
-    name: str, surface: Mapping[str, Any], folder: Path, document: _Document, package: Package
-) -> dict[str, Any]:
-    ((kind, keys),) = surface.items()
+def _put(piece: Piece, mesh: int, metres: float, document: _Document, package: Package) -> None:
+    """The nodes that put a mesh where its object stands, once for each instance."""
+    placements = piece.placements.copy()
+    placements[:, :, 3] *= metres
+    if not piece.is_placed:
+        document.node({"name": piece.name, "mesh": mesh})
+        return
+    if len(placements) == 1:
+        document.node({"name": piece.name, "mesh": mesh, "matrix": _columns(placements[0])})
+        return
+    if len(placements) > MOST_NODES:
+        parts = turned(placements)
+        if parts is not None:
+            package.note(
+                f"{piece.name}: its {len(placements)} instances as EXT_mesh_gpu_instancing; a viewer without it shows one"
+            )
+            document.node({"name": piece.name, "mesh": mesh, "extensions": document.instances(*parts)})
+            return
+        package.note(f"{piece.name}: {len(placements)} nodes: some of its instances are sheared or mirrored")
+    children = [
+        document.child({"name": f"{piece.name}-{number + 1}", "mesh": mesh, "matrix": _columns(placement)})
+        for number, placement in enumerate(placements)
+    ]
+    document.node({"name": piece.name, "children": children})
+
+
+def _columns(placement: Floats) -> list[float]:
+    """The matrix of a node, column after column."""
+    whole = np.concatenate([placement, [[0.0, 0.0, 0.0, 1.0]]])
+    return [float(x) for x in whole.T.reshape(-1)]
+
+
+def _plain_material(piece: Piece, folder: Path, document: _Document, package: Package) -> dict[str, Any]:
+    name, repeats = piece.name, piece.repeats
+    ((kind, keys),) = piece.item["surface"].items()
     if kind == "diffuse":
         found = reflectance_of(keys["reflectance"], folder)
         factors: dict[str, Any] = {
@@ -162,7 +207,7 @@ def _plain_material(
             file = picture_file(name, found, package, (".png", ".jpg", ".jpeg"), "gltf")
             if file is not None:
                 factors["baseColorFactor"] = [1.0] * 4
-                factors["baseColorTexture"] = {"index": document.texture(file, data=False)}
+                factors["baseColorTexture"] = {"index": document.texture(file, repeats, data=False)}
         # No gloss: ior 1 takes the dielectric's own mirror away.
         return {"name": name, "pbrMetallicRoughness": factors, "extensions": {"KHR_materials_ior": {"ior": 1.0}}}
     white = color.illuminant(keys["illuminant"]).white() * float(keys["radiance"])
@@ -180,10 +225,6 @@ def _plain_material(
         "doubleSided": True,
         "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": strength}},
     }
-
-
-def _scaled(mesh: Mesh, factor: float) -> Mesh:
-    return Mesh(mesh.positions * factor, mesh.normals, mesh.uv, mesh.triangles)
 
 
 def _camera(camera: Mapping[str, Any], metres: float, distance: float) -> dict[str, Any]:
@@ -217,21 +258,39 @@ class _Document:
         generator = f"iridesce {_core.__version__}"
         self.root: dict[str, Any] = {"asset": {"version": "2.0", "generator": generator}, "scene": 0}
         self._nodes: list[dict[str, Any]] = []
+        self._roots: list[int] = []
+        self._known: dict[tuple[bytes, str, int | None], int] = {}
         self._lists: dict[str, list[Any]] = {
             key: [] for key in ("materials", "meshes", "accessors", "bufferViews", "textures", "images", "samplers")
         }
         self._lights: list[dict[str, Any]] = []
 
     def node(self, node: dict[str, Any]) -> None:
+        """A node of the scene."""
+        self._roots.append(self.child(node))
+
+    def child(self, node: dict[str, Any]) -> int:
+        """A node that another names."""
         self._nodes.append(node)
+        return len(self._nodes) - 1
+
+    def instances(self, moves: Floats, turns: Floats, scales: Floats) -> dict[str, Any]:
+        """EXT_mesh_gpu_instancing: translations, quaternions x y z w, scales."""
+        self._extensions.add("EXT_mesh_gpu_instancing")
+        attributes = {
+            "TRANSLATION": self._accessor(moves, "VEC3", target=None),
+            "ROTATION": self._accessor(turns, "VEC4", target=None),
+            "SCALE": self._accessor(scales, "VEC3", target=None),
+        }
+        return {"EXT_mesh_gpu_instancing": {"attributes": attributes}}
 
     def material(self, material: dict[str, Any]) -> int:
         self._extensions |= set(material.get("extensions", {}))
         return self._add("materials", {key: value for key, value in material.items() if value != {}})
 
-    def texture(self, file: str, data: bool = True) -> int:
-        # Linear without mip-maps: a mean of thicknesses has not the mean of their colours. Clamped. Pictures have both.
-        wrap = {"wrapS": 33071, "wrapT": 33071} if data else {"wrapS": 10497, "wrapT": 10497}
+    def texture(self, file: str, repeats: tuple[bool, bool] = (True, True), data: bool = True) -> int:
+        # Linear without mip-maps: a mean of thicknesses has not the mean of their colours. Pictures have them.
+        wrap = {key: 10497 if again else 33071 for key, again in zip(("wrapS", "wrapT"), repeats, strict=True)}
         sampler = {"magFilter": 9729, "minFilter": 9729 if data else 9987, **wrap}
         known = self._lists["samplers"]
         number = known.index(sampler) if sampler in known else self._add("samplers", sampler)
@@ -239,13 +298,11 @@ class _Document:
         return self._add("textures", {"sampler": number, "source": image})
 
     def mesh(self, name: str, mesh: Mesh, material: int) -> int:
-        # glTF counts v from the top.
-        uv = np.stack([mesh.uv[:, 0], 1.0 - mesh.uv[:, 1]], axis=1)
-        attributes = {
-            "POSITION": self._accessor(mesh.positions, "VEC3", bounds=True),
-            "NORMAL": self._accessor(mesh.normals, "VEC3"),
-            "TEXCOORD_0": self._accessor(uv, "VEC2"),
-        }
+        attributes = {"POSITION": self._accessor(mesh.positions, "VEC3", bounds=True)}
+        if mesh.normals is not None:  # without them viewers draw every face flat, as a scene does
+            attributes["NORMAL"] = self._accessor(_units(mesh.normals), "VEC3")
+        if mesh.uv is not None:  # glTF counts v from the top
+            attributes["TEXCOORD_0"] = self._accessor(np.stack([mesh.uv[:, 0], 1.0 - mesh.uv[:, 1]], axis=1), "VEC2")
         indices = self._accessor(mesh.triangles.reshape(-1), "SCALAR")
         primitive = {"attributes": attributes, "indices": indices, "material": material}
         return self._add("meshes", {"name": name, "primitives": [primitive]})
@@ -287,7 +344,7 @@ class _Document:
         self.node(node)
 
     def text(self) -> bytes:
-        root = {**self.root, "scenes": [{"nodes": list(range(len(self._nodes)))}], "nodes": self._nodes}
+        root = {**self.root, "scenes": [{"nodes": self._roots}], "nodes": self._nodes}
         root |= {key: value for key, value in self._lists.items() if value}
         root["buffers"] = [{"uri": self._name, "byteLength": len(self._binary)}]
         if self._lights:
@@ -299,24 +356,30 @@ class _Document:
     def buffer(self) -> bytes:
         return bytes(self._binary)
 
-    def _accessor(self, values: np.ndarray[Any, Any], kind: str, bounds: bool = False) -> int:
+    def _accessor(
+        self, values: np.ndarray[Any, Any], kind: str, bounds: bool = False, target: int | None = 34962
+    ) -> int:
         whole = kind == "SCALAR"
-        array = np.ascontiguousarray(values, dtype="<u4" if whole else "<f4")
-        view = {
-            "buffer": 0,
-            "byteOffset": len(self._binary),
-            "byteLength": array.nbytes,
-            "target": 34963 if whole else 34962,
-        }
-        self._binary += array.tobytes()
+        # Corners in 16 bits where they fit; the last value is kept for other uses.
+        kind_of_corners, component = ("<u2", 5123) if whole and int(values.max()) < 65535 else ("<u4", 5125)
+        array = np.ascontiguousarray(values, dtype=kind_of_corners if whole else "<f4")
+        content = array.tobytes()
+        known = self._known.get((content, kind, target))
+        if known is not None:  # shapes of one kind share their corners, and u and v
+            return known
+        view: dict[str, Any] = {"buffer": 0, "byteOffset": len(self._binary), "byteLength": array.nbytes}
+        if target is not None:
+            view["target"] = 34963 if whole else target
+        self._binary += content + bytes(-array.nbytes % 4)
         accessor: dict[str, Any] = {
             "bufferView": self._add("bufferViews", view),
-            "componentType": 5125 if whole else 5126,
+            "componentType": component if whole else 5126,
         }
         accessor |= {"count": len(array), "type": kind}
         if bounds:
             accessor |= {"min": [float(x) for x in array.min(axis=0)], "max": [float(x) for x in array.max(axis=0)]}
-        return self._add("accessors", accessor)
+        self._known[content, kind, target] = self._add("accessors", accessor)
+        return self._known[content, kind, target]
 
     def _add(self, key: str, value: Any) -> int:
         self._lists[key].append(value)
@@ -325,3 +388,7 @@ class _Document:
 
 def _any_up(way: Floats) -> Floats:
     return np.array([0.0, 0.0, -1.0] if np.hypot(way[0], way[2]) < 1e-6 * np.linalg.norm(way) else [0.0, 1.0, 0.0])
+
+
+def _units(normals: Floats) -> Floats:
+    return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))

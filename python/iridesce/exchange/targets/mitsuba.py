@@ -16,10 +16,11 @@ from iridesce.arguments.operands import Floats
 from iridesce.exchange import charts, exr
 from iridesce.exchange.appearance import Roughness, reflectance_of
 from iridesce.exchange.films import ANGLES_DEG, DISPERSES, Film, extended_index, grazing_deg
-from iridesce.exchange.geometry import Mesh, surface_of
+from iridesce.exchange.geometry import Mesh
+from iridesce.exchange.laying import folder_of
 from iridesce.exchange.package import Package, Request
-from iridesce.exchange.scenes import folder_of, plain_name
-from iridesce.exchange.surfaces import picture_file, told_camera, told_item
+from iridesce.exchange.pieces import Piece
+from iridesce.exchange.surfaces import environment_file, heights_of, picture_file, told_camera, told_piece
 from iridesce.exchange.targets.shaders import decimal, filled
 from iridesce.exchange.textures import laid_out
 
@@ -38,6 +39,9 @@ def export_mitsuba(request: Request) -> Package:
     kept = [film for film in request.films if film.layer is not None]
     for film in kept:
         package.files[f"{film.name}_film.npz"] = _table(film, package)
+    for film in request.films:
+        if film.layer is None:
+            package.differences[film.name] = _bare(film)
     if kept:
         first = kept[0]
         words = {
@@ -48,7 +52,7 @@ def export_mitsuba(request: Request) -> Package:
         }
         package.files["iridesce_film.py"] = filled("iridesce_film.py.txt", words)
     if request.scene is not None:
-        _scene(request.scene.to_dict(), folder_of(request.scene), {film.name: film for film in request.films}, package)
+        _scene(request, request.scene.to_dict(), folder_of(request.scene), package)
     elif not kept:
         raise ValueError('"mitsuba" writes films; there is none here')
     package.drop("polarisation: the table is of unpolarised light")
@@ -131,6 +135,24 @@ def _chart(film: Film, table: Floats) -> Floats:
     spectra = (at(t0, c0) * (1 - dc) + at(t0, c0 + 1) * dc) * (1 - dt) + (
         at(t1, c0) * (1 - dc) + at(t1, c0 + 1) * dc
     ) * dt
+    return _summed(film, spectra)
+
+
+def _bare(film: Film) -> Floats:
+    """A bare surface as Mitsuba sums it: n and k at steps of 5 nm, of a clear medium n at 550 nm."""
+    from iridesce.stack import Stack
+
+    angle = np.array(ANGLES_DEG)[:, None, None]
+    if film.transmits:
+        index = float(extended_index(film.stack.last, [550.0])[0].real)
+        spectra = Stack([film.stack.first, index]).reflectance(WAVELENGTH_NM, angle)
+    else:
+        spectra = _held(film.stack).reflectance(WAVELENGTH_NM, angle)
+    return _summed(film, np.asarray(spectra, dtype=np.float64))
+
+
+def _summed(film: Film, spectra: Floats) -> Floats:
+    """Spectra (angles, thicknesses, wavelengths) as colours, against the truth."""
     fine = np.arange(360.0, 831.0)
     full = np.apply_along_axis(lambda values: np.interp(fine, WAVELENGTH_NM, values), -1, spectra)
     seen = color.spectrum_to_xyz(fine, full, illuminant=film.illuminant)
@@ -153,7 +175,7 @@ def npz_bytes(arrays: Mapping[str, Any]) -> bytes:
 # --- scenes
 
 
-def _scene(tree: Mapping[str, Any], folder: Path, films: Mapping[str, Film], package: Package) -> None:
+def _scene(request: Request, tree: Mapping[str, Any], folder: Path, package: Package) -> None:
     camera = tree["camera"]
     distance = float(np.linalg.norm(np.subtract(camera["position"], camera["target"])))
     depth = tree["render"]["max_depth"] + 1
@@ -163,28 +185,67 @@ def _scene(tree: Mapping[str, Any], folder: Path, films: Mapping[str, Film], pac
     ]
     told_camera(camera, package, lens=True)
     lines += _sensor(camera, tree["render"])
-    for item in tree["object"]:
-        surface, name = surface_of(item["shape"]), plain_name(item["name"])
-        if surface is None:
-            package.drop(f"{item['name']}: the shape {next(iter(item['shape']))} is not written")
-            continue
-        told_item(item, package)
-        body = _material(name, item["surface"], folder, films.get(name), package)
-        if surface.kind == "sphere" and not (name in films and films[name].varies):
-            center, radius = surface.keys["center"], surface.keys["radius"]
-            lines.append(
-                f'  <shape type="sphere"><point name="center" value="{_list(center)}"/><float name="radius" value="{radius!r}"/>'
-            )
-        else:
-            package.files[f"{name}.ply"] = ply_bytes(
-                surface.mesh(extent=20.0 * distance, fine=surface.kind == "sphere")
-            )
-            lines.append(f'  <shape type="ply"><string name="filename" value={quoteattr(name + ".ply")}/>')
-        lines += [f"    {line}" for line in body] + ["  </shape>"]
+    for piece in request.pieces:
+        told_piece(piece, package)
+        body = _material(piece, folder, package)
+        lines += [f"  {line}" for line in _shapes(piece, body, 20.0 * distance, package)]
     for number, light in enumerate(tree["light"]):
-        lines += [f"  {line}" for line in _light(light, number, package)]
+        lines += [f"  {line}" for line in _light(light, number, folder, package)]
     package.files["scene.xml"] = ("\n".join([*lines, "</scene>"]) + "\n").encode("utf-8")
     package.note("scene.xml: import iridesce_film, then mitsuba.load_file; lengths in scene units")
+
+
+def _shapes(piece: Piece, body: list[str], extent: float, package: Package) -> list[str]:
+    """An object where it stands: a sphere, a mesh, or a group of which there are instances."""
+    varies = piece.film is not None and piece.film.varies
+    name, surface = piece.name, piece.surface
+    if surface is not None and surface.kind == "sphere" and not varies and not piece.is_placed:
+        center, radius = surface.keys["center"], surface.keys["radius"]
+        return [
+            f'<shape type="sphere" id="{name}"><point name="center" value="{_list(center)}"/>'
+            f'<float name="radius" value="{float(radius)!r}"/>',
+            *(f"  {line}" for line in body),
+            "</shape>",
+        ]
+    mesh = piece.mesh(extent, fine=surface is not None and surface.kind == "sphere")
+    lines: list[str] = []
+    # In a mirror the front stays the front, which Mitsuba's meshes do not know: they get a mirrored mesh.
+    mirrored = np.linalg.det(piece.placements[:, :, :3]) < 0.0
+    for is_mirrored in (False, True):
+        own = piece.placements[mirrored == is_mirrored].copy()
+        if not len(own):
+            continue
+        file = f"{name}_mirrored.ply" if is_mirrored else f"{name}.ply"
+        if is_mirrored:
+            own[:, :, 0] *= -1.0
+        package.files[file] = ply_bytes(mesh.mirrored() if is_mirrored else mesh)
+        shape = [f'  <string name="filename" value={quoteattr(file)}/>']
+        if mesh.normals is None:
+            shape.append('  <boolean name="face_normals" value="true"/>')
+        shape += [f"  {line}" for line in body]
+        ident = file.removesuffix(".ply")
+        # A group holds no lamps.
+        if len(own) == 1 or any("<emitter" in line for line in body):
+            for number, placement in enumerate(own):
+                mark = ident if number == 0 else f"{ident}-{number + 1}"
+                lines += [f'<shape type="ply" id="{mark}">', *_to_world(placement), *shape, "</shape>"]
+            continue
+        lines += [
+            f'<shape type="shapegroup" id="{ident}-group"><shape type="ply" id="{ident}">',
+            *shape,
+            "</shape></shape>",
+        ]
+        for placement in own:
+            lines += [f'<shape type="instance"><ref id="{ident}-group"/>', *_to_world(placement), "</shape>"]
+    return lines
+
+
+def _to_world(placement: Floats) -> list[str]:
+    if np.array_equal(placement, np.eye(4)[:3]):
+        return []
+    whole = np.concatenate([placement, [[0.0, 0.0, 0.0, 1.0]]])
+    values = " ".join(repr(float(x)) for x in whole.reshape(-1))
+    return [f'  <transform name="to_world"><matrix value="{values}"/></transform>']
 
 
 def _sensor(camera: Mapping[str, Any], settings: Mapping[str, Any]) -> list[str]:
@@ -214,12 +275,45 @@ def _sensor(camera: Mapping[str, Any], settings: Mapping[str, Any]) -> list[str]
     ]
 
 
-def _material(name: str, surface: Mapping[str, Any], folder: Path, film: Film | None, package: Package) -> list[str]:
-    ((kind, keys),) = surface.items()
+def _material(piece: Piece, folder: Path, package: Package) -> list[str]:
+    """The material, with its bump around it, and the lamp of a surface that glows."""
+    lines = _skin(piece, folder, package)
+    found = heights_of(piece, folder)
+    if found is None:
+        return lines
+    shares, height = found
+    file = f"{piece.name}_bump.exr"
+    package.files[file] = exr.exr_bytes({"Y": shares.astype(np.float32)}, {"iridesce:is": "height, shares of 1"})
+    end = next((number for number, line in enumerate(lines) if line.startswith("<emitter")), len(lines))
+    wrapped = [
+        f'<bsdf type="bumpmap"><float name="scale" value="{height!r}"/>',
+        '  <texture type="bitmap"><boolean name="raw" value="true"/>',
+        f'    <string name="filename" value={quoteattr(file)}/>{_wrap(piece)}</texture>',
+        *(f"  {line}" for line in lines[:end]),
+        "</bsdf>",
+    ]
+    return [*wrapped, *lines[end:]]
+
+
+def _wrap(piece: Piece) -> str:
+    """Mitsuba knows one rule for both directions: where u goes round, the poles meet too."""
+    return f'<string name="wrap_mode" value="{"repeat" if any(piece.repeats) else "clamp"}"/>'
+
+
+def _skin(piece: Piece, folder: Path, package: Package) -> list[str]:
+    name, film = piece.name, piece.film
+    ((kind, keys),) = piece.item["surface"].items()
     if film is not None and film.layer is not None:
-        if film.roughness is not None:
-            package.drop(f"{name}: its roughness: the plugin's films are smooth")
-        lines = ['<bsdf type="iridesce_film">', f'  <string name="table" value={quoteattr(name + "_film.npz")}/>']
+        rough: list[str] = []
+        if film.roughness is not None and "roughness" not in piece.lost_maps:
+            rough = _facets(name, film.roughness, package)
+            if film.transmits and not film.free:
+                package.drop(f"{name}: what its rough film passes: it goes on as through a smooth one")
+        lines = [
+            '<bsdf type="iridesce_film">',
+            f'  <string name="table" value={quoteattr(name + "_film.npz")}/>',
+            f'  <string name="stack" value={quoteattr(film.text_for_table)}/>',
+        ]
         if film.varies:
             laid = laid_out(film, package)
             assert laid.thickness_nm is not None
@@ -229,11 +323,11 @@ def _material(name: str, surface: Mapping[str, Any], folder: Path, film: Film | 
             lines += [
                 '  <texture type="bitmap" name="thickness_nm"><boolean name="raw" value="true"/>',
                 f'    <string name="filename" value={quoteattr(name + "_thickness.exr")}/>',
-                '    <string name="wrap_mode" value="clamp"/></texture>',
+                f"    {_wrap(piece)}</texture>",
             ]
         else:
             lines.append(f'  <float name="thickness_nm" value="{film.range_nm[1]!r}"/>')
-        return [*lines, "</bsdf>"]
+        return [*lines, *rough, "</bsdf>"]
     if film is not None:  # a bare surface
         index = extended_index(film.stack.last, WAVELENGTH_NM)
         if film.transmits:
@@ -251,7 +345,7 @@ def _material(name: str, surface: Mapping[str, Any], folder: Path, film: Film | 
     if kind == "diffuse":
         return [
             '<bsdf type="twosided"><bsdf type="diffuse">',
-            *_reflectance(name, keys, folder, package),
+            *_reflectance(piece, keys, folder, package),
             "</bsdf></bsdf>",
         ]
     radiance = _lamp(keys["illuminant"], float(keys["radiance"]), package)
@@ -266,8 +360,13 @@ def _rough(name: str, kind: str, rough: Roughness | None, package: Package) -> t
     """The rough kin of a material, and its facets."""
     if rough is None:
         return kind, []
+    return f"rough{kind}", ['  <string name="distribution" value="ggx"/>', *_facets(name, rough, package)]
+
+
+def _facets(name: str, rough: Roughness, package: Package) -> list[str]:
+    """The alphas of facets."""
     package.drop(f"{name}: light that goes from facet to facet: Mitsuba's rough surfaces lose it")
-    facets = ['  <string name="distribution" value="ggx"/>']
+    facets: list[str] = []
     if rough.grey is not None:
         file = f"{name}_alpha.exr"
         package.files[file] = exr.exr_bytes({"Y": (rough.grey**2).astype(np.float32)}, {"iridesce:is": "GGX alpha"})
@@ -278,20 +377,20 @@ def _rough(name: str, kind: str, rough: Roughness | None, package: Package) -> t
     else:
         along_u, along_v = rough.alpha
         facets += [f'  <float name="alpha_u" value="{along_u!r}"/>', f'  <float name="alpha_v" value="{along_v!r}"/>']
-    return f"rough{kind}", facets
+    return facets
 
 
-def _reflectance(name: str, keys: Mapping[str, Any], folder: Path, package: Package) -> list[str]:
+def _reflectance(piece: Piece, keys: Mapping[str, Any], folder: Path, package: Package) -> list[str]:
     found = reflectance_of(keys["reflectance"], folder)
     if found.spectrum is not None:
         # Beyond its ends Mitsuba's spectrum is zero, a scene's holds.
         values = np.interp(WAVELENGTH_NM, *found.spectrum)
         return [f'  <spectrum name="reflectance" value="{_spectrum(values)}"/>']
     if found.picture is not None:
-        file = picture_file(name, found, package, (".png", ".jpg", ".jpeg", ".exr", ".hdr"), "mitsuba")
+        file = picture_file(piece.name, found, package, (".png", ".jpg", ".jpeg", ".exr", ".hdr"), "mitsuba")
         if file is not None:
             path = f'<string name="filename" value={quoteattr(file)}/>'
-            return [f'  <texture type="bitmap" name="reflectance">{path}</texture>']
+            return [f'  <texture type="bitmap" name="reflectance">{path}{_wrap(piece)}</texture>']
     if found.rgb[0] == found.rgb[1] == found.rgb[2]:
         return [f'  <spectrum name="reflectance" value="{found.rgb[0]!r}"/>']
     return [f'  <rgb name="reflectance" value="{_list(found.rgb)}"/>']
@@ -331,7 +430,7 @@ def _lamp_without_size(kind: str, keys: Mapping[str, Any], number: int, package:
     ]
 
 
-def _light(light: Mapping[str, Any], number: int, package: Package) -> list[str]:
+def _light(light: Mapping[str, Any], number: int, folder: Path, package: Package) -> list[str]:
     ((kind, keys),) = light.items()
     if kind != "environment":
         return _lamp_without_size(kind, keys, number, package)
@@ -340,10 +439,13 @@ def _light(light: Mapping[str, Any], number: int, package: Package) -> list[str]
         spectrum = _lamp(keys["illuminant"], radiance, package)
         return [f'<emitter type="constant"><spectrum name="radiance" value="{spectrum}"/></emitter>']
     if "map" in keys:
-        package.note(f"light {number}: put {keys['map']} beside scene.xml")
+        file = environment_file(keys["map"], number, folder, package)
+        if file is None:
+            even = _lamp("D65", radiance, package)
+            return [f'<emitter type="constant"><spectrum name="radiance" value="{even}"/></emitter>']
         turn = 180.0 + float(keys.get("rotation_deg", 0.0))
         return [
-            f'<emitter type="envmap"><string name="filename" value={quoteattr(str(keys["map"]))}/>',
+            f'<emitter type="envmap"><string name="filename" value={quoteattr(file)}/>',
             f'  <float name="scale" value="{radiance!r}"/>',
             f'  <transform name="to_world"><rotate y="1" angle="{turn!r}"/></transform></emitter>',
         ]
@@ -375,11 +477,17 @@ def _list(values: Any) -> str:
 
 
 def ply_bytes(mesh: Mesh) -> bytes:
-    """A binary PLY with normals and u, v."""
+    """A binary PLY with normals and u, v where the mesh has them; Mitsuba's textures count v from the top."""
+    columns, names = [mesh.positions], ["x", "y", "z"]
+    uv = None if mesh.uv is None else np.stack([mesh.uv[:, 0], 1.0 - mesh.uv[:, 1]], axis=1)
+    for values, own in ((mesh.normals, ("nx", "ny", "nz")), (uv, ("u", "v"))):
+        if values is not None:
+            columns.append(values)
+            names += own
     head = ["ply", "format binary_little_endian 1.0", f"element vertex {len(mesh.positions)}"]
-    head += [f"property float {name}" for name in ("x", "y", "z", "nx", "ny", "nz", "u", "v")]
+    head += [f"property float {name}" for name in names]
     head += [f"element face {len(mesh.triangles)}", "property list uchar int vertex_indices", "end_header", ""]
-    vertices = np.concatenate([mesh.positions, mesh.normals, mesh.uv], axis=1).astype("<f4")
+    vertices = np.concatenate(columns, axis=1).astype("<f4")
     faces = np.zeros(len(mesh.triangles), dtype=[("count", "u1"), ("index", "<i4", 3)])
     faces["count"], faces["index"] = 3, mesh.triangles
     return "\n".join(head).encode("ascii") + vertices.tobytes() + faces.tobytes()

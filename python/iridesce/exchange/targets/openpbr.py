@@ -45,9 +45,11 @@ def show_conductor(knobs: Knobs, thickness_nm: Floats, cosine: Floats) -> Floats
     return twin.rgb(thickness_nm, cosine, knobs.film_ior, knobs.index)
 
 
-def openpbr_inputs(film: Film, request: Request, package: Package) -> tuple[Knobs, list[tuple[str, str, str]]]:
+def openpbr_inputs(
+    film: Film, request: Request, package: Package, target: str = "openpbr"
+) -> tuple[Knobs, list[tuple[str, str, str]]]:
     """The inputs of the surface that are not its defaults: (name, type, value); thickness left out."""
-    knobs = knobs_of(film, package, "openpbr", CONDUCTOR_NM)
+    knobs = knobs_of(film, package, target, CONDUCTOR_NM)
     if request.fit and film.layer is not None:
         knobs = fitted(show, knobs, film, package, ("film_ior", "base_ior", "f0"))
     package.differences[film.name] = differences(show, knobs, film)

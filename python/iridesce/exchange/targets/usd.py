@@ -13,15 +13,27 @@ from iridesce import _core, color
 from iridesce.arguments.operands import Floats
 from iridesce.exchange.appearance import lamp_rgb, reflectance_of
 from iridesce.exchange.films import Film
-from iridesce.exchange.geometry import Mesh, Surface, surface_of
+from iridesce.exchange.geometry import Mesh, Surface
+from iridesce.exchange.laying import MM, folder_of, plain_name
 from iridesce.exchange.package import Package, Request
-from iridesce.exchange.scenes import MM, folder_of, plain_name
-from iridesce.exchange.surfaces import picture_file, roughness_png, told_camera, told_item, told_spectrum
+from iridesce.exchange.pieces import Piece, turned
+from iridesce.exchange.surfaces import (
+    environment_file,
+    normal_png,
+    picture_file,
+    roughness_png,
+    told_camera,
+    told_piece,
+    told_spectrum,
+)
 from iridesce.exchange.targets.openpbr import openpbr_inputs
 from iridesce.exchange.textures import laid_out, thickness_png
 from iridesce.exchange.twins import materialx as twin
 
 _NM = 1000.0
+
+MOST_PRIMS = 1_000
+"""Instances of one object beyond which a PointInstancer stands for prims of their own."""
 
 
 def export_usd(request: Request) -> Package:
@@ -41,16 +53,15 @@ def export_usd(request: Request) -> Package:
         'def Xform "World"',
         "{",
     ]
-    names = {film.name: prim_name(film.name) for film in request.films}
-    for film in request.films:
-        lines += _indented(_material(film, names[film.name], request, package))
     if request.scene is None:
         film = request.films[0]
+        prim = prim_name(film.name)
+        lines += _indented(_material(film, prim, request, package, (False, False), None))
         mesh = Surface("sphere", {"center": [0.0, 0.0, 0.0], "radius": 1.0}).mesh()
-        lines += _indented(_mesh(f"{names[film.name]}_ball", mesh, names[film.name]))
+        lines += _indented(_mesh(f"{prim}_ball", mesh, prim))
         package.note("the material is on a sphere of radius 1; take it from there")
     else:
-        lines += _indented(_scene(request.scene.to_dict(), folder_of(request.scene), names, package))
+        lines += _indented(_scene(request, request.scene.to_dict(), folder_of(request.scene), package))
     package.files[f"{name}.usda"] = ("\n".join([*lines, "}"]) + "\n").encode("utf-8")
     package.note("thin_film_thickness in um; the same numbers in nm stand in customData of each material")
     package.note(
@@ -64,8 +75,15 @@ def prim_name(name: str) -> str:
     return plain_name(name).replace("-", "_")
 
 
-def _material(film: Film, prim: str, request: Request, package: Package) -> list[str]:
-    knobs, inputs = openpbr_inputs(film, request, package)
+def _material(
+    film: Film,
+    prim: str,
+    request: Request,
+    package: Package,
+    repeats: tuple[bool, bool],
+    normals: str | None,
+) -> list[str]:
+    knobs, inputs = openpbr_inputs(film, request, package, "usd")
     facts: dict[str, Any] = {"stack": film.text_for_table if film.layer is not None else film.text}
     kinds = {"float": "float", "color3": "color3f", "boolean": "bool"}
     shader = ['uniform token info:id = "ND_open_pbr_surface_surfaceshader"']
@@ -80,14 +98,17 @@ def _material(film: Film, prim: str, request: Request, package: Package) -> list
         if film.varies:
             file = f"{film.name}_thickness.png"
             thickness_png(laid_out(film, package), package, file)
-            extra = _map_shaders(path, file, low, high)
+            extra = _map_shaders(path, file, low, high, repeats)
             shader.append(f"float inputs:thin_film_thickness.connect = <{path}/um.outputs:out>")
         else:
             shader.append(f"float inputs:thin_film_thickness = {high / _NM!r}")
     if film.roughness is not None and film.roughness.grey is not None:
         file = roughness_png(film.name, film.roughness, package)
-        extra += _rough_shaders(path, file)
+        extra += _rough_shaders(path, file, repeats)
         shader.append(f"float inputs:specular_roughness.connect = <{path}/rough.outputs:out>")
+    if normals is not None:
+        extra += _normal_shaders(path, normals, repeats)
+        shader.append(f"float3 inputs:geometry_normal.connect = <{path}/normal.outputs:out>")
     if knobs.index is not None:
         facts |= {"base_n_rgb": knobs.index.real.tolist(), "base_k_rgb": knobs.index.imag.tolist()}
     shader.append("token outputs:out")
@@ -112,7 +133,12 @@ def _material(film: Film, prim: str, request: Request, package: Package) -> list
     ]
 
 
-def _map_shaders(path: str, file: str, low: float, high: float) -> list[str]:
+def _address(repeats: tuple[bool, bool]) -> list[str]:
+    modes = ["periodic" if again else "clamp" for again in repeats]
+    return [f'    string inputs:{letter}addressmode = "{mode}"' for letter, mode in zip("uv", modes, strict=True)]
+
+
+def _map_shaders(path: str, file: str, low: float, high: float, repeats: tuple[bool, bool]) -> list[str]:
     return [
         'def Shader "map"',
         "{",
@@ -120,8 +146,7 @@ def _map_shaders(path: str, file: str, low: float, high: float) -> list[str]:
         f"    asset inputs:file = @{file}@ (",
         '        colorSpace = "raw"',
         "    )",
-        '    string inputs:uaddressmode = "clamp"',
-        '    string inputs:vaddressmode = "clamp"',
+        *_address(repeats),
         '    string inputs:filtertype = "linear"',
         "    float3 outputs:out",
         "}",
@@ -143,7 +168,27 @@ def _map_shaders(path: str, file: str, low: float, high: float) -> list[str]:
     ]
 
 
-def _rough_shaders(path: str, file: str) -> list[str]:
+def _normal_shaders(path: str, file: str, repeats: tuple[bool, bool]) -> list[str]:
+    return [
+        'def Shader "normal_map"',
+        "{",
+        '    uniform token info:id = "ND_image_vector3"',
+        f"    asset inputs:file = @{file}@ (",
+        '        colorSpace = "raw"',
+        "    )",
+        *_address(repeats),
+        "    float3 outputs:out",
+        "}",
+        'def Shader "normal"',
+        "{",
+        '    uniform token info:id = "ND_normalmap_float"',
+        f"    float3 inputs:in.connect = <{path}/normal_map.outputs:out>",
+        "    float3 outputs:out",
+        "}",
+    ]
+
+
+def _rough_shaders(path: str, file: str, repeats: tuple[bool, bool]) -> list[str]:
     return [
         'def Shader "rough_map"',
         "{",
@@ -151,6 +196,7 @@ def _rough_shaders(path: str, file: str) -> list[str]:
         f"    asset inputs:file = @{file}@ (",
         '        colorSpace = "raw"',
         "    )",
+        *_address(repeats),
         "    float3 outputs:out",
         "}",
         'def Shader "rough"',
@@ -163,32 +209,91 @@ def _rough_shaders(path: str, file: str) -> list[str]:
     ]
 
 
-def _scene(tree: Mapping[str, Any], folder: Path, materials: Mapping[str, str], package: Package) -> list[str]:
+def _scene(request: Request, tree: Mapping[str, Any], folder: Path, package: Package) -> list[str]:
     camera = tree["camera"]
     eye, target = (np.asarray(camera[key], dtype=np.float64) for key in ("position", "target"))
     distance = float(np.linalg.norm(eye - target))
+    extent = 20.0 * distance
     lines: list[str] = []
-    for item in tree["object"]:
-        surface = surface_of(item["shape"])
-        name = plain_name(item["name"])
-        if surface is None:
-            package.drop(f"{item['name']}: the shape {next(iter(item['shape']))} is not written")
-            continue
-        told_item(item, package)
-        material = materials.get(name)
-        if material is None:
-            material = prim_name(f"{name}_plain")
-            lines += _plain_material(material, item["surface"], folder, package)
-        lines += _mesh(f"{prim_name(name)}_shape", surface.mesh(extent=20.0 * distance), material)
+    prims: set[str] = set()
+    for piece in request.pieces:
+        told_piece(piece, package)
+        prim, count = prim_name(piece.name), 1
+        while prim in prims:  # - and _ are the same here
+            count += 1
+            prim = f"{prim_name(piece.name)}_{count}"
+        prims.add(prim)
+        normals = normal_png(piece, folder, package, extent)
+        if piece.film is not None:
+            material = prim
+            lines += _material(piece.film, prim, request, package, piece.repeats, normals)
+        else:
+            material = f"{prim}_plain"
+            lines += _plain_material(material, piece, folder, package, normals)
+        lines += _placed(f"{prim}_shape", piece, piece.mesh(extent), material, package)
     told_camera(camera, package, lens=True)
     lines += _camera(camera, eye, target, distance)
     for number, light in enumerate(tree["light"]):
-        lines += _light(light, number, package)
+        lines += _light(light, number, folder, package)
     return lines
 
 
-def _plain_material(prim: str, surface: Mapping[str, Any], folder: Path, package: Package) -> list[str]:
-    ((kind, keys),) = surface.items()
+def _placed(prim: str, piece: Piece, mesh: Mesh, material: str, package: Package) -> list[str]:
+    """A mesh where its object stands: once, or as a class of its own that instances name."""
+    placements = piece.placements
+    if not piece.is_placed:
+        return _mesh(prim, mesh, material)
+    if len(placements) == 1:
+        return _mesh(prim, mesh, material, _rows(placements[0]))
+    parts = turned(placements) if len(placements) > MOST_PRIMS else None
+    if parts is not None:
+        moves, turns, scales = parts
+        # A quaternion is written with its real part first.
+        turns = np.concatenate([turns[:, 3:], turns[:, :3]], axis=1)
+        return [
+            f'def PointInstancer "{prim}"',
+            "{",
+            f"    quath[] orientations = [{', '.join(map(_tuple, turns))}]",
+            f"    point3f[] positions = [{', '.join(map(_tuple, moves))}]",
+            f"    int[] protoIndices = [{', '.join(['0'] * len(moves))}]",
+            f"    rel prototypes = </World/{prim}/one>",
+            f"    float3[] scales = [{', '.join(map(_tuple, scales))}]",
+            "",
+            *_indented(_mesh("one", mesh, material)),
+            "}",
+        ]
+    lines = [
+        f'class Xform "{prim}_one"',
+        "{",
+        *_indented(_mesh("mesh", mesh, material)),
+        "}",
+        f'def Xform "{prim}"',
+        "{",
+    ]
+    for number, placement in enumerate(placements):
+        lines += [
+            f'    def Xform "at_{number + 1}" (',
+            "        instanceable = true",
+            f"        prepend references = </World/{prim}_one>",
+            "    )",
+            "    {",
+            *(f"        {line}" for line in _rows(placement)),
+            "    }",
+        ]
+    return [*lines, "}"]
+
+
+def _rows(placement: Floats) -> list[str]:
+    """A transform; USD's vectors are rows."""
+    whole = np.concatenate([placement, [[0.0, 0.0, 0.0, 1.0]]]).T
+    return [
+        f"matrix4d xformOp:transform = ( {', '.join(_exact(row) for row in whole)} )",
+        'uniform token[] xformOpOrder = ["xformOp:transform"]',
+    ]
+
+
+def _plain_material(prim: str, piece: Piece, folder: Path, package: Package, normals: str | None) -> list[str]:
+    ((kind, keys),) = piece.item["surface"].items()
     shader = ['uniform token info:id = "ND_open_pbr_surface_surfaceshader"', "float inputs:specular_weight = 0"]
     extra: list[str] = []
     if kind == "diffuse":
@@ -210,6 +315,7 @@ def _plain_material(prim: str, surface: Mapping[str, Any], folder: Path, package
                 f"    asset inputs:file = @{file}@ (",
                 f'        colorSpace = "{space}"',
                 "    )",
+                *_address(piece.repeats),
                 "    color3f outputs:out",
                 "}",
             ]
@@ -219,6 +325,9 @@ def _plain_material(prim: str, surface: Mapping[str, Any], folder: Path, package
         shader += ["float inputs:base_weight = 0", "float inputs:emission_luminance = 1"]
         shader.append(f"color3f inputs:emission_color = {_tuple(rgb)}")
         package.note(f"{prim}: radiance in units of the scene's white, as emission_luminance 1 x emission_color")
+    if normals is not None:
+        extra += _normal_shaders(f"/World/{prim}", normals, piece.repeats)
+        shader.append(f"float3 inputs:geometry_normal.connect = </World/{prim}/normal.outputs:out>")
     return [
         f'def Material "{prim}"',
         "{",
@@ -232,8 +341,26 @@ def _plain_material(prim: str, surface: Mapping[str, Any], folder: Path, package
     ]
 
 
-def _mesh(prim: str, mesh: Mesh, material: str) -> list[str]:
+def _mesh(prim: str, mesh: Mesh, material: str, transform: Iterable[str] = ()) -> list[str]:
     low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
+    normals = (
+        []
+        if mesh.normals is None
+        else [
+            f"    normal3f[] normals = [{', '.join(map(_tuple, mesh.normals))}] (",
+            '        interpolation = "vertex"',
+            "    )",
+        ]
+    )
+    st = (
+        []
+        if mesh.uv is None
+        else [
+            f"    texCoord2f[] primvars:st = [{', '.join(map(_tuple, mesh.uv))}] (",
+            '        interpolation = "vertex"',
+            "    )",
+        ]
+    )
     return [
         f'def Mesh "{prim}" (',
         '    prepend apiSchemas = ["MaterialBindingAPI"]',
@@ -243,15 +370,12 @@ def _mesh(prim: str, mesh: Mesh, material: str) -> list[str]:
         f"    float3[] extent = [{_tuple(low)}, {_tuple(high)}]",
         f"    int[] faceVertexCounts = [{', '.join(['3'] * len(mesh.triangles))}]",
         f"    int[] faceVertexIndices = [{', '.join(map(str, mesh.triangles.reshape(-1).tolist()))}]",
-        f"    normal3f[] normals = [{', '.join(map(_tuple, mesh.normals))}] (",
-        '        interpolation = "vertex"',
-        "    )",
+        *normals,
         f"    point3f[] points = [{', '.join(map(_tuple, mesh.positions))}]",
-        f"    texCoord2f[] primvars:st = [{', '.join(map(_tuple, mesh.uv))}] (",
-        '        interpolation = "vertex"',
-        "    )",
+        *st,
         '    uniform token subdivisionScheme = "none"',
         f"    rel material:binding = </World/{material}>",
+        *(f"    {line}" for line in transform),
         "}",
     ]
 
@@ -288,7 +412,7 @@ def _camera(camera: Mapping[str, Any], eye: Floats, target: Floats, distance: fl
     ]
 
 
-def _light(light: Mapping[str, Any], number: int, package: Package) -> list[str]:
+def _light(light: Mapping[str, Any], number: int, folder: Path, package: Package) -> list[str]:
     ((kind, keys),) = light.items()
     if kind != "environment":
         return _lamp(kind, keys, number, package)
@@ -302,8 +426,9 @@ def _light(light: Mapping[str, Any], number: int, package: Package) -> list[str]
                 f"light {number}: the spectrum of {keys['illuminant']}: three numbers hold its colour, not its lines"
             )
     elif "map" in keys:
-        body += [f"asset inputs:texture:file = @{keys['map']}@", 'token inputs:texture:format = "latlong"']
-        package.note(f"light {number}: put {keys['map']} beside the stage")
+        file = environment_file(keys["map"], number, folder, package)
+        if file is not None:
+            body += [f"asset inputs:texture:file = @{file}@", 'token inputs:texture:format = "latlong"']
         if keys.get("rotation_deg"):
             package.drop(f"light {number}: the rotation of the map, {keys['rotation_deg']:g} degrees")
     else:
@@ -357,6 +482,10 @@ def _indented(lines: Iterable[str]) -> list[str]:
 
 def _tuple(values: Iterable[float]) -> str:
     return f"({', '.join(f'{float(x):.9g}' for x in values)})"
+
+
+def _exact(values: Iterable[float]) -> str:
+    return f"({', '.join(repr(float(x)) for x in values)})"
 
 
 def _usd_type(value: Any) -> str:
