@@ -26,7 +26,9 @@ sys.path[:0] = [str(TESTS), str(TESTS / "exchange")]
 import materialx_glsl  # noqa: E402
 import readers  # noqa: E402
 
+from iridesce.exchange import exr  # noqa: E402
 from iridesce.exchange.films import Film, film_of, read_stack  # noqa: E402
+from iridesce.exchange.geometry import surface_of  # noqa: E402
 from iridesce.exchange.knobs import Knobs, differences, knobs_of  # noqa: E402
 from iridesce.exchange.package import Package  # noqa: E402
 from iridesce.exchange.targets import gltf, openpbr  # noqa: E402
@@ -46,6 +48,18 @@ ANGLE = np.array([0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0])[:, None]
 T, COSINE = (x.ravel() for x in np.broadcast_arrays(np.linspace(*RANGE_NM, 24)[None], np.cos(np.radians(ANGLE))))
 HERE = TESTS / "exchange"
 
+COINS = (
+    "CIEDE2000 between means over 8 x 8 pixels of the coin, both sides times 1 / (largest Y of the truth); the last number is"
+    " the renderer's Y over the truth's, summed over the coin."
+)
+PREDICTED = (
+    "What `delta_e` of the report of `ir.export` says in the mean, from a twin of the target's formula, and what the real reader"
+    " shows; of Mitsuba the rest is the noise of its samples. `make test-readers` holds every pair within 0.5."
+)
+COIN_SAMPLES = 16
+LOST = (
+    "The first row is the noise of the comparison. The truth follows light from facet to facet, which the others lose."
+)
 MEASURE = "CIEDE2000 over 24 thicknesses x 7 angles, both sides times 1 / (largest Y of the chart)"
 TITLES = {"C1": "soap", "C3": "oil on water", "C4": "MgF2 on glass", "C5": "SiO2 on Si", "C6": "TiO2 on Ti"}
 HEAD = [
@@ -69,17 +83,18 @@ def main() -> None:
     path = ROOT / "reference" / "board.json"
     rows: list[Row] = json.loads(path.read_text())["rows"] if path.exists() else []
     with tempfile.TemporaryDirectory() as folder:
-        for measure in (three_js, babylon, materialx, cycles, osl, mitsuba, luxcore):
+        for measure in (three_js, babylon, materialx, cycles, osl, mitsuba, luxcore, coins):
             if only and measure.__name__ not in only:
                 continue
             made = measure(Path(folder))
-            fresh = {row["renderer"] for row in made}
-            rows = [row for row in rows if row["renderer"] not in fresh] + made
-            board = {"version": 1, "licence": "CC0-1.0", "measure": MEASURE, "rows": rows}
+            fresh = {(row["renderer"], "scenes" in row) for row in made}
+            rows = [row for row in rows if (row["renderer"], "scenes" in row) not in fresh] + made
+            board = {"version": 1, "licence": "CC0-1.0", "measure": MEASURE, "measure_of_scenes": COINS, "rows": rows}
             path.write_text(json.dumps(board, indent=1) + "\n")
             (ROOT / "docs" / "evidence" / "renderers.md").write_text(page(rows))
             for one in made:
-                print(one["renderer"], one["how"], {k: v["mean"] for k, v in one["charts"].items()}, flush=True)  # type: ignore[attr-defined]
+                kind = "scenes" if "scenes" in one else "charts"
+                print(one["renderer"], one["how"], {k: v["mean"] for k, v in one[kind].items()}, flush=True)  # type: ignore[attr-defined]
 
 
 def page(rows: list[Row]) -> str:
@@ -90,6 +105,8 @@ def page(rows: list[Row]) -> str:
         "| renderer | how | " + " | ".join(f"{name} {TITLES[name]}" for name in charts) + " |",
         "|---|---|" + "---|" * len(charts),
     ]
+    pictures = [one for one in rows if "scenes" in one]
+    rows = [one for one in rows if "scenes" not in one]
     for one in rows:
         cells = []
         for name in charts:
@@ -107,6 +124,22 @@ def page(rows: list[Row]) -> str:
         }
         if causes:
             lines.append(f"- {one['renderer']} {one['version']} ({one['how']}): {', '.join(sorted(causes))}.")
+    lines += ["", "## Predicted and measured", "", PREDICTED, ""]
+    lines += ["| reader | how | " + " | ".join(charts) + " |", "|---|---|" + "---|" * len(charts)]
+    for one in rows:
+        if any("predicted_mean" in found for found in one["charts"].values()):  # type: ignore[attr-defined]
+            pairs = [one["charts"].get(name) for name in charts]  # type: ignore[attr-defined]
+            cells = ["" if found is None else f"{found['predicted_mean']:.2f} / {found['mean']:.2f}" for found in pairs]
+            lines.append(f"| {one['renderer']} {one['version']} | {one['how']} | " + " | ".join(cells) + " |")
+    if pictures:
+        lines += ["", "## A rough surface: S5, the anodised coin under the studio", "", COINS, ""]
+        lines += ["| renderer | how | mean | p95 | max | Y of all |", "|---|---|---|---|---|---|"]
+        for one in pictures:
+            found = one["scenes"]["S5"]  # type: ignore[index]
+            cells = " | ".join(f"{found[key]:.2f}" for key in ("mean", "p95", "max"))
+            name = f"{one['renderer']} {one['version']}, {one['date']}"
+            lines.append(f"| {name} | {one['how']} | {cells} | {found['brightness']:.3f} |")
+        lines += ["", LOST]
     return "\n".join(lines) + "\n"
 
 
@@ -260,17 +293,100 @@ def mitsuba(folder: Path) -> list[Row]:
 
 
 def luxcore(_: Path) -> list[Row]:
-    seen: dict[str, dict[str, np.ndarray]] = {"glass": {}, "metal": {}}
+    seen: dict[str, dict[str, np.ndarray]] = {"glass": {}, "metal": {}, "thin": {}}
     version = ""
     for name, (_, knobs) in films().items():
-        if name == "C1":
-            continue  # its films only tint the reflection of what is below: on air it shows nothing
+        kind = "metal" if knobs.base_ior is None else "thin" if name == "C1" else "glass"
         base = ",".join(f"{x:.6f}" for x in knobs.f0) if knobs.base_ior is None else f"{knobs.base_ior:.6f}"
+        if kind == "thin":
+            # Its films only tint the reflection of what is below, which air has none of: a thin wall of the film's own index.
+            base = f"thin:{knobs.film_ior:.6f}"
         answer = readers.run_lux(HERE / "lux_chart.py", f"{knobs.film_ior:.6f}", base, 4000)
         version = answer["version"]
-        seen["metal" if knobs.base_ior is None else "glass"][name] = np.array(answer["rgb"]) @ TO_XYZ.T
-    hows = {"glass": "glass with a film, 64 000 samples a patch", "metal": "Disney metal with a film, 64 000 samples"}
+        seen[kind][name] = np.array(answer["rgb"]) @ TO_XYZ.T
+    hows = {
+        "glass": "glass with a film, 64 000 samples a patch",
+        "metal": "Disney metal with a film, 64 000 samples",
+        "thin": "archglass of the film's index with a film, 64 000 samples",
+    }
     return [row("LuxCore", version, hows[kind], charts) for kind, charts in seen.items()]
+
+
+def coins(folder: Path) -> list[Row]:
+    """S5 under the map of the studio, in renderers that have rough films."""
+    suite = ROOT / "reference" / "scenes"
+    scene = ir.Scene.load(suite / "S5.toml")
+    light = scene.to_dict()["light"][0]["environment"] | {"map": "studio.exr"}
+    scene = scene.with_value("light.0.environment", {key: value for key, value in light.items() if key != "builtin"})
+    channels, _ = exr.read_exr((suite / "S5.exr").read_bytes(), "S5")
+    truth = _blocks(np.stack([channels[letter] for letter in "XYZ"], axis=-1).astype(np.float64))
+    coin = truth[..., 1] > 0.05
+    again = ir.render(scene, samples=COIN_SAMPLES, seed=9, size=(512, 512)).xyz.astype(np.float64)
+    found = {"iridesce": _picture(_blocks(again), truth, coin)}
+    version = {"iridesce": ir.__version__}
+    hows = {"iridesce": f"the same scene once more, other random numbers, {COIN_SAMPLES} samples a pixel"}
+
+    ir.export(scene, "mitsuba", folder / "S5-mitsuba")
+    out = folder / "S5-mitsuba.npy"
+    finished = subprocess.run(
+        [sys.executable, str(HERE / "mitsuba_scene.py"), str(folder / "S5-mitsuba"), str(COIN_SAMPLES), str(out)],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "DRJIT_LIBLLVM_PATH": readers.llvm()},
+    )
+    found["Mitsuba"] = _picture(_blocks(np.load(out).astype(np.float64)), truth, coin)
+    version["Mitsuba"] = json.loads(finished.stdout)["version"]
+    hows["Mitsuba"] = f"exported scene: plugin with facets of GGX, {COIN_SAMPLES} samples a pixel"
+
+    report = ir.export(scene, "cycles", folder / "S5-cycles")
+    mesh = surface_of(scene.to_dict()["object"][0]["shape"]).mesh(fine=True)  # type: ignore[union-attr]
+    np.savez(folder / "S5.npz", positions=mesh.positions, normals=mesh.normals, uv=mesh.uv, triangles=mesh.triangles)
+    question = {
+        "script": str(folder / "S5-cycles" / "coin_cycles.py"),
+        "name": "coin",
+        "mesh": str(folder / "S5.npz"),
+        "environment": str(suite / "studio.exr"),
+        "camera": scene.to_dict()["camera"],
+        "size": 512,
+        "samples": COIN_SAMPLES,
+        "out": str(folder / "S5-cycles.npy"),
+    }
+    (folder / "S5.json").write_text(json.dumps(question))
+    version["Cycles"] = "Blender " + readers.run_blender(HERE / "blender_scene.py", folder / "S5.json")["version"]
+    seen = np.load(folder / "S5-cycles.npy").astype(np.float64) @ TO_XYZ.T
+    found["Cycles"] = _picture(_blocks(seen), truth, coin)
+    which = "the table" if any("table:" in note for note in report.notes) else "Metallic BSDF"
+    hows["Cycles"] = f"exported script, {which}, {COIN_SAMPLES} samples a pixel"
+
+    today = datetime.date.today().isoformat()
+    return [
+        {
+            "renderer": name,
+            "version": version[name],
+            "date": today,
+            "how": hows[name],
+            "command": COMMAND,
+            "scenes": {"S5": {key: round(value, 3) for key, value in found[name].items()}},
+        }
+        for name in found
+    ]
+
+
+def _blocks(xyz: np.ndarray) -> np.ndarray:
+    return xyz.reshape(64, 8, 64, 8, 3).mean(axis=(1, 3))
+
+
+def _picture(seen: np.ndarray, truth: np.ndarray, where: np.ndarray) -> dict[str, float]:
+    scale = 1.0 / truth[where][:, 1].max()
+    lab = [ir.color.convert(side[where] * scale, "xyz", "lab") for side in (seen, truth)]
+    found = np.asarray(ir.color.delta_e(*lab))
+    return {
+        "mean": float(found.mean()),
+        "p95": float(np.percentile(found, 95.0)),
+        "max": float(found.max()),
+        "brightness": float(seen[where][:, 1].sum() / truth[where][:, 1].sum()),
+    }
 
 
 def _run(source: str, calls: list[str]) -> list[list[float]]:

@@ -10,6 +10,7 @@ import hashlib
 import io
 import json
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -52,8 +53,18 @@ def main() -> None:
     for name, (title, scene) in scenes_of().items():
         if not only or name in only:
             print(f"{name}: {title}", file=sys.stderr, flush=True)
-            scenes[name] = scene_entry(name, title, scene, files)
+            kept = {key: value for key, value in scenes.get(name, {}).items() if key in ("geometry", "gltf")}
+            scenes[name] = kept | scene_entry(name, title, scene, files)
             write(files, index)
+    if not only or "geometry" in only:
+        for name, (_, scene) in scenes_of().items():
+            content = geometry(ir.Scene.load(scene).to_dict())
+            # Scenes of the same shapes share a file.
+            same = next((file for file, other in files.items() if other == content), f"scenes/{name}.obj")
+            files[same] = content
+            files |= gltf_files(name, scene, files)
+            scenes[name] |= {"geometry": same, "gltf": f"scenes/{name}.gltf"}
+        write(files, index)
     if not only or "studio" in only:
         files["scenes/studio.exr"] = studio_map()
         write(files, index)
@@ -247,16 +258,31 @@ def scene_entry(name: str, title: str, tree: dict, files: dict[str, bytes]) -> d
     }
     files[f"scenes/{name}.exr"] = exr.exr_bytes(planes, facts)
     files[f"scenes/{name}.toml"] = scene.check().encode("utf-8")
-    files[f"scenes/{name}.obj"] = geometry(scene.to_dict())
     return {
         "title": title,
         "picture": f"scenes/{name}.exr",
         "channels": "X, Y, Z, sigma_Y (standard error of Y); half floats, 512 x 512",
         "samples": samples * len(SEEDS),
         "scene": f"scenes/{name}.toml",
-        "geometry": f"scenes/{name}.obj",
         "camera": scene.to_dict()["camera"],
     }
+
+
+def gltf_files(name: str, tree: dict, before: dict[str, bytes]) -> dict[str, bytes]:
+    """Geometry, camera, films and their maps as `ir.export` writes them, every file under the name of the first scene that
+    has it."""
+    with tempfile.TemporaryDirectory() as folder:
+        report = ir.export(tree, "gltf", folder)
+        contents = {path.name: path.read_bytes() for path in report.files}
+    root = json.loads(contents.pop("scene.gltf"))
+    known = {content: file.removeprefix("scenes/") for file, content in before.items() if file.startswith("scenes/")}
+    made = {}
+    for part in (*root["buffers"], *root.get("images", ())):
+        content = contents[part["uri"]]
+        own = f"{name}.bin" if part["uri"] == "scene.bin" else f"{name}_{part['uri']}"
+        part["uri"] = known.setdefault(content, own)
+        made[f"scenes/{part['uri']}"] = content
+    return {f"scenes/{name}.gltf": (json.dumps(root, separators=(",", ":")) + "\n").encode("ascii"), **made}
 
 
 def coarse(values: np.ndarray, bits: int = 3) -> np.ndarray:
@@ -272,7 +298,11 @@ def geometry(tree: dict) -> bytes:
     for item in tree["object"]:
         surface = surface_of(item["shape"])
         assert surface is not None
-        mesh = surface._grid(32, 16) if surface.kind == "sphere" else surface.mesh(extent=100.0)
+        if surface.kind == "sphere":
+            mesh = surface._grid(32, 16)
+        else:
+            mesh = surface._rings(48, 8) if surface.kind == "cap" else surface.mesh(extent=100.0)
+        assert mesh.uv is not None and mesh.normals is not None
         lines.append(f"g {item['name']}")
         lines += ["v " + " ".join(f"{x:.6g}" for x in p) for p in mesh.positions]
         lines += ["vt " + " ".join(f"{x:.5g}" for x in p) for p in mesh.uv]
