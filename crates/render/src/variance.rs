@@ -6,7 +6,7 @@
 //! two of them are joined: for means a, b of neighbouring blocks E (a - b)^2 / 4 = v(block) - v(two blocks). From these
 //! differences at all sizes of blocks the law v(m) = C m^-p is fitted by likelihood and carried on to all samples; p is
 //! weighed over 1 (samples independent of one another) to 3 (a scrambled net on a smooth function: Owen, Annals of Statistics
-//! 25, 1541, 1997).
+//! 25, 1541, 1997), and as far beyond on the other side as its uncertainty: a scale that ended at 3 would pull all means down.
 
 /// Most batches of a pixel. Fewer leave p too uncertain: of 16 the estimate is off by a factor of three now and then.
 pub const MOST_BATCHES: usize = 64;
@@ -15,8 +15,12 @@ pub const MOST_BATCHES: usize = 64;
 /// blocks, to which the answer is nearer.
 const MOST_PAIRS: f64 = 8.0;
 
-/// Fall of the variance with the number of samples, and how probable each is beforehand.
-const POWERS: [(f64, f64); 5] = [(1.0, 2.0), (1.5, 1.0), (2.0, 1.0), (2.5, 1.0), (3.0, 1.0)];
+/// Fall of the variance with the number of samples, and how probable each is beforehand: most pixels are smooth (a net's 3
+/// and beyond, where neighbouring blocks mend each other's errors), few are mere noise.
+const POWERS: [(f64, f64); 6] = [(1.0, 1.0), (1.5, 1.0), (2.0, 1.0), (2.5, 2.0), (3.0, 4.0), (3.5, 8.0)];
+
+/// What few batches do not tell is taken for noise: this over their number is added to how probable that is.
+const CAUTION: f64 = 64.0;
 
 /// Samples of a batch where a pixel has so many in all: a power of two, so that batches are nets themselves.
 pub fn batch_size(samples: u32) -> u32 {
@@ -44,6 +48,7 @@ pub fn variance_of_mean(batches: &[f32]) -> f32 {
     let mut best = f64::INFINITY;
     let mut fits = Vec::with_capacity(POWERS.len());
     for (power, prior) in POWERS {
+        let prior = if power == 1.0 { prior + CAUTION / count as f64 } else { prior };
         // The variance scale that fits best with this power, and minus twice the logarithm of its likelihood.
         let scaled = levels.iter().enumerate().map(|(j, (fall, pairs))| pairs * fall * (power * j as f64).exp2());
         let scale = scaled.sum::<f64>() / total;
