@@ -5,6 +5,7 @@
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::complex::square_root;
+use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_numerics::lanes::Singles as Lanes;
 use iridesce_numerics::lanes::blocks;
 use iridesce_numerics::turns::exp2;
@@ -12,17 +13,58 @@ use iridesce_optics::film::kernel::{free_absorbing, free_lossless, free_reflecta
 use iridesce_optics::mueller;
 use num_complex::Complex64;
 
+use crate::spectral::Nodes;
+
 /// exp(-pi x) = 2^(-x times this).
 pub const EXP2_PER_HALF_TURN: f32 = std::f32::consts::PI * std::f32::consts::LOG2_E;
 /// cos(theta) is kept above this: at 90 degrees every ratio below would be 0/0, and closer than this the product of
 /// two denominators, down to (2 cos^2)^4 without contrast, would leave the range of f32. R there is 1 to 1e-7.
 pub const SMALLEST_COS: f32 = 1e-4;
 
+/// Optical path difference beyond which single precision does not hold the phase, nm: 1e-4 of a fringe at the violet end.
+const SINGLE_NM: f64 = 200_000.0;
+/// Phases of a mean over all of them. Echoes beyond the 32nd are lost: 1e-3 of the light where a face mirrors 80 % of it.
+const PHASES: usize = 32;
+
+/// How the phase of a film is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// In single precision.
+    Single,
+    /// In double precision.
+    Exact,
+    /// At nodes of a continuous spectrum not at all: their mean over all phases counts. At lines in double precision.
+    Averaged,
+}
+
+impl Phase {
+    /// Of a path difference in nm, where fringes are seen up to `seen_nm`.
+    #[inline(always)]
+    pub fn of(path_nm: f64, seen_nm: f64) -> Phase {
+        match () {
+            () if path_nm > seen_nm => Phase::Averaged,
+            () if path_nm > SINGLE_NM => Phase::Exact,
+            () => Phase::Single,
+        }
+    }
+}
+
 /// A film medium at the nodes of a render.
 #[derive(Debug, Clone)]
 pub struct FilmTable {
     blocks: Vec<FilmBlock>,
+    exact: Vec<ExactNode>,
     is_plain: bool,
+}
+
+/// A film medium at a node, in double precision.
+#[derive(Debug, Clone, Copy)]
+struct ExactNode {
+    /// m^2 - 1.
+    contrast: Complex64,
+    /// 2 n_outer / lambda.
+    rate: f64,
+    is_continuous: bool,
 }
 
 /// A film medium at a block of nodes.
@@ -45,13 +87,21 @@ pub type Mueller<S> = mueller::Mueller<f32x16<S>>;
 
 impl FilmTable {
     /// The table of a film of index `film` in a medium of real index `outer`, one value a node each.
-    pub fn new(wavelength_nm: &[f64], film: &[Complex64], outer: &[f64]) -> FilmTable {
+    pub fn new(nodes: &Nodes, film: &[Complex64], outer: &[f64]) -> FilmTable {
+        let wavelength_nm = &nodes.wavelength_nm;
         let relative: Vec<Complex64> = film.iter().zip(outer).map(|(n, o)| n / o).collect();
         let contrast = blocks(relative.iter().map(|m| (m.re - 1.0) * (m.re + 1.0) - m.im * m.im));
         let loss = blocks(relative.iter().map(|m| 2.0 * m.re * m.im));
         let rate = blocks(wavelength_nm.iter().zip(outer).map(|(l, o)| 2.0 * o / l));
         let joined = contrast.into_iter().zip(loss).zip(rate);
+        let exact = relative.iter().zip(wavelength_nm.iter().zip(outer)).enumerate();
+        let exact = exact.map(|(node, (m, (l, o)))| ExactNode {
+            contrast: (m - 1.0) * (m + 1.0),
+            rate: 2.0 * o / l,
+            is_continuous: nodes.is_continuous(node),
+        });
         FilmTable {
+            exact: exact.collect(),
             blocks: joined.map(|((contrast, loss), rate)| FilmBlock { contrast, loss, rate }).collect(),
             is_plain: relative.iter().all(|m| m.im == 0.0 && m.re >= 1.0),
         }
@@ -75,16 +125,89 @@ impl FilmTable {
     /// Everything about a block of nodes of any film.
     #[inline(always)]
     pub fn response<S: Simd>(&self, simd: S, block: usize, cos_theta: f32, thickness_nm: f32) -> Response<S> {
-        let FilmBlock { contrast, loss, rate } = &self.blocks[block];
+        let FilmBlock { contrast, rate, .. } = &self.blocks[block];
         let cos = f32x16::splat(simd, cos_theta.max(SMALLEST_COS));
         let (contrast, per_b) = (contrast.load(simd), rate.load(simd) * thickness_nm);
         if self.is_plain {
             return free_lossless(contrast, cos, per_b);
         }
-        let loss = loss.load(simd);
+        self.lossy(block, simd, cos, per_b, per_b)
+    }
+
+    /// The complex form; `phase_per_b` may be without whole numbers of half turns.
+    #[inline(always)]
+    fn lossy<S: Simd>(
+        &self,
+        block: usize,
+        simd: S,
+        cos: f32x16<S>,
+        per_b: f32x16<S>,
+        phase_per_b: f32x16<S>,
+    ) -> Response<S> {
+        let FilmBlock { contrast, loss, .. } = &self.blocks[block];
+        let (contrast, loss) = (contrast.load(simd), loss.load(simd));
         let b = square_root([cos.mul_add(cos, contrast), loss]);
         let decay = exp2(b[1] * per_b * -EXP2_PER_HALF_TURN);
-        free_absorbing(cos, b, [(contrast + 1.0) * cos, loss * cos], per_b, decay)
+        free_absorbing(cos, b, [(contrast + 1.0) * cos, loss * cos], phase_per_b, decay)
+    }
+
+    /// [`FilmTable::response`] of a film whose phase single precision does not hold.
+    #[inline(always)]
+    pub fn long_response<S: Simd>(
+        &self,
+        simd: S,
+        block: usize,
+        cos_theta: f64,
+        thickness_nm: f64,
+        phase: Phase,
+    ) -> Response<S> {
+        let FilmBlock { contrast, rate, .. } = &self.blocks[block];
+        let cos_theta = cos_theta.max(f64::from(SMALLEST_COS));
+        let cos = f32x16::splat(simd, cos_theta as f32);
+        let own = &self.exact[block * LANES..(block + 1) * LANES];
+        let mut inner = [0.0; LANES];
+        let mut is_averaged = [false; LANES];
+        for lane in 0..LANES {
+            inner[lane] = (own[lane].contrast + cos_theta * cos_theta).sqrt().re;
+            is_averaged[lane] = phase == Phase::Averaged && own[lane].is_continuous;
+        }
+        let count = if is_averaged.contains(&true) { PHASES } else { 1 };
+        let zero =
+            Mueller { s: f32x16::splat(simd, 0.0), p: f32x16::splat(simd, 0.0), cross: [f32x16::splat(simd, 0.0); 2] };
+        let mut sum = Response { reflect: zero, transmit: zero };
+        for k in 0..count {
+            let mut per_b = Lanes::ZERO;
+            for lane in 0..LANES {
+                let half_turns = if is_averaged[lane] {
+                    (k as f64 + 0.5) / count as f64
+                } else {
+                    let all = own[lane].rate * thickness_nm * inner[lane];
+                    all - all.round()
+                };
+                // Where light does not enter at all there is no phase.
+                per_b.0[lane] = if inner[lane] > 0.0 { (half_turns / inner[lane]) as f32 } else { 0.0 };
+            }
+            let per_b = per_b.load(simd);
+            let one = if self.is_plain {
+                free_lossless(contrast.load(simd), cos, per_b)
+            } else {
+                self.lossy(block, simd, cos, rate.load(simd) * thickness_nm as f32, per_b)
+            };
+            sum = Response {
+                reflect: added(sum.reflect, one.reflect, 1.0 / count as f32),
+                transmit: added(sum.transmit, one.transmit, 1.0 / count as f32),
+            };
+        }
+        sum
+    }
+}
+
+#[inline(always)]
+fn added<S: Simd>(to: Mueller<S>, one: Mueller<S>, share: f32) -> Mueller<S> {
+    Mueller {
+        s: one.s.mul_add(share, to.s),
+        p: one.p.mul_add(share, to.p),
+        cross: [one.cross[0].mul_add(share, to.cross[0]), one.cross[1].mul_add(share, to.cross[1])],
     }
 }
 
@@ -136,7 +259,7 @@ mod tests {
     fn compare(index: Complex64, outer: f64, thickness: &[f32]) {
         let nodes = Nodes::new(32, &[]);
         let count = nodes.len();
-        let table = FilmTable::new(&nodes.wavelength_nm, &vec![index; count], &vec![outer; count]);
+        let table = FilmTable::new(&nodes, &vec![index; count], &vec![outer; count]);
         for &thickness_nm in thickness {
             for angle in [0.0_f64, 10.0, 45.0, 53.1, 75.0, 88.0] {
                 let cos_theta = angle.to_radians().cos() as f32;
@@ -198,6 +321,96 @@ mod tests {
         compare(Complex64::new(1.0, 0.0), 1.5, &[0.0, 50.0, 200.0, 800.0]);
     }
 
+    fn long(table: &FilmTable, blocks: usize, cos_theta: f64, thickness_nm: f64, phase: Phase) -> Found {
+        #[inline(always)]
+        fn run<S: Simd>(simd: S, table: &FilmTable, blocks: usize, at: (f64, f64, Phase)) -> Found {
+            let mut found =
+                Found { reflect: Default::default(), transmit: Default::default(), plain: Default::default() };
+            for block in 0..blocks {
+                let response = table.long_response(simd, block, at.0, at.1, at.2);
+                for (m, out) in [(response.reflect, &mut found.reflect), (response.transmit, &mut found.transmit)] {
+                    for (value, out) in [m.s, m.p, m.cross[0], m.cross[1]].into_iter().zip(out) {
+                        out.extend(value.to_array());
+                    }
+                }
+            }
+            found
+        }
+        dispatch!(Level::new(), simd => run(simd, table, blocks, (cos_theta, thickness_nm, phase)))
+    }
+
+    /// Powers and cross terms of what the multilayer reflects and passes.
+    fn exact(index: Complex64, nm: f64, cos_theta: f64, thickness_nm: f64) -> [[f64; 4]; 2] {
+        let one = Complex64::new(1.0, 0.0);
+        let [s, p] = [Polarization::S, Polarization::P].map(|polarization| {
+            let solved = solve(&[one, index, one], &[thickness_nm], &[true], nm, cos_theta, polarization).unwrap();
+            solved.amplitudes.expect("a coherent film has amplitudes")
+        });
+        [(s.r, p.r), (s.t, p.t)].map(|(s, p)| {
+            let cross = s * p.conj();
+            [s.norm_sqr(), p.norm_sqr(), cross.re, cross.im]
+        })
+    }
+
+    /// 10 mm of film: 40 000 half turns. In single precision they are off by a hundredth of one.
+    #[test]
+    fn long_films_keep_their_phase() {
+        let nodes = Nodes::new(32, &[589.2, 632.8]);
+        let count = nodes.len();
+        for index in [Complex64::new(1.33, 0.0), Complex64::new(1.5, 1e-6)] {
+            let table = FilmTable::new(&nodes, &vec![index; count], &vec![1.0; count]);
+            for (thickness_nm, angle) in [(1e7_f64, 0.0_f64), (1e7 + 37.0, 40.0), (3.3e5, 75.0)] {
+                let cos_theta = angle.to_radians().cos();
+                let found = long(&table, count / 16, cos_theta, thickness_nm, Phase::Exact);
+                for node in [0, 17, 32, 33] {
+                    let expected = exact(index, nodes.wavelength_nm[node], cos_theta, thickness_nm);
+                    for (found, expected) in [&found.reflect, &found.transmit].iter().zip(expected) {
+                        for c in 0..4 {
+                            let value = f64::from(found[c][node]);
+                            assert!(
+                                (value - expected[c]).abs() < 5e-6,
+                                "{index} {thickness_nm} {angle}: {value} {expected:?}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Continuous light of long films is the mean over a whole fringe; lines keep their phase.
+    #[test]
+    fn long_films_lose_the_phase_that_nobody_sees() {
+        let nodes = Nodes::new(32, &[589.2]);
+        let count = nodes.len();
+        for index in [Complex64::new(1.33, 0.0), Complex64::new(1.5, 2e-5)] {
+            let table = FilmTable::new(&nodes, &vec![index; count], &vec![1.0; count]);
+            for angle in [0.0_f64, 50.0, 80.0] {
+                let (cos_theta, thickness_nm) = (angle.to_radians().cos(), 1e6);
+                let found = long(&table, count / 16, cos_theta, thickness_nm, Phase::Averaged);
+                for node in [0, 17, 31, 32] {
+                    let nm = nodes.wavelength_nm[node];
+                    let steps = if node == 32 { 1 } else { 128 };
+                    let fringe_nm = 0.5 * nm / (index * index - 1.0 + cos_theta * cos_theta).sqrt().re;
+                    let mut mean = [[0.0; 4]; 2];
+                    for step in 0..steps {
+                        let one =
+                            exact(index, nm, cos_theta, thickness_nm + fringe_nm * f64::from(step) / f64::from(steps));
+                        for (mean, one) in mean.iter_mut().flatten().zip(one.iter().flatten()) {
+                            *mean += one / f64::from(steps);
+                        }
+                    }
+                    for (found, expected) in [&found.reflect, &found.transmit].iter().zip(mean) {
+                        for c in 0..4 {
+                            let value = f64::from(found[c][node]);
+                            assert!((value - expected[c]).abs() < 1e-5, "{index} {angle} {node}: {value} {expected:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     /// Every level computes the same film to rounding; fused and separate multiplications differ by design.
     #[test]
     fn simd_levels_agree() {
@@ -205,7 +418,7 @@ mod tests {
         let count = nodes.len();
         let fallback = Level::baseline();
         for index in [Complex64::new(1.33, 0.0), Complex64::new(0.5, 2.0)] {
-            let table = FilmTable::new(&nodes.wavelength_nm, &vec![index; count], &vec![1.0; count]);
+            let table = FilmTable::new(&nodes, &vec![index; count], &vec![1.0; count]);
             let wide = kernel(Level::new(), &table, count / 16, 0.6, 700.0);
             let narrow = kernel(fallback, &table, count / 16, 0.6, 700.0);
             for (a, b) in wide.reflect.iter().zip(&narrow.reflect).chain(wide.transmit.iter().zip(&narrow.transmit)) {

@@ -34,6 +34,7 @@ pub mod image;
 
 mod camera;
 mod coating;
+mod coherence;
 mod enclosing;
 mod environment;
 mod failure;

@@ -12,6 +12,7 @@ use iridesce_scene::{
 
 use crate::camera::{Ray, RayCamera};
 use crate::coating::IndexTable;
+use crate::coherence::{LEAST_SEEN_NM, longest_seen_nm};
 use crate::enclosing::enclosing_media;
 use crate::film::FilmTable;
 use crate::framebuffer::{RenderError, RenderOptions};
@@ -67,6 +68,8 @@ pub struct Prepared {
     camera_media: MediumStack,
     /// Its rays start at different places, which may lie within different media.
     is_camera_wide: bool,
+    /// Path difference up to which the lights of the scene show fringes of films, nm; beyond it their mean counts.
+    pub seen_nm: f64,
     /// The same spectra ever finer: a pixel takes the coarsest that resolves the fringes it shows.
     pub levels: Vec<Spectra>,
 }
@@ -299,7 +302,8 @@ impl Prepared {
         let mut levels = Vec::new();
         let probes = Probes::new(&options.spectral_nm);
         let rows = if options.stokes { 4 } else { 1 };
-        for nodes in levels_for(resolved, &materials)? {
+        let (seen_nm, choices) = levels_for(resolved, &materials)?;
+        for nodes in choices {
             let nodes = nodes.with_extras(&probes, rows);
             let mut level = spectra(resolved, &nodes, &media, &materials, &lit)?;
             if options.stokes {
@@ -337,6 +341,7 @@ impl Prepared {
             shown_indices: media.list().iter().map(shown_index).collect::<Result<_, _>>()?,
             media,
             materials: materials.list,
+            seen_nm,
             levels,
         })
     }
@@ -519,15 +524,19 @@ fn number_of(media: &mut Media, medium: &Medium, priority: i32) -> Result<u8, Re
     })
 }
 
-/// The choices of nodes, ever finer, until the fringes of the thickest film are resolved.
-fn levels_for(scene: &ResolvedScene, materials: &Materials<'_>) -> Result<Vec<Nodes>, RenderError> {
+/// Up to which path difference fringes of films are seen, nm, and the choices of nodes, ever finer, until those of the
+/// thickest layer are resolved.
+fn levels_for(scene: &ResolvedScene, materials: &Materials<'_>) -> Result<(f64, Vec<Nodes>), RenderError> {
     let mut lines = Vec::new();
+    let mut continuous = Vec::new();
     // What shines through is told of white light.
-    let mut is_continuous = !scene.recipe.render.has_backdrop;
+    let is_continuous = !scene.recipe.render.has_backdrop;
     let mut see = |illuminant: &Illuminant, radiance: f64| {
         if radiance > 0.0 {
             lines.extend(illuminant.lines().iter().map(|line| line.0));
-            is_continuous |= (FROM_NM as u32..=TO_NM as u32).any(|nm| illuminant.power(f64::from(nm)) > 0.0);
+            if (FROM_NM as u32..=TO_NM as u32).any(|nm| illuminant.power(f64::from(nm)) > 0.0) {
+                continuous.push(illuminant.clone());
+            }
         }
     };
     let mut has_map = false;
@@ -548,12 +557,20 @@ fn levels_for(scene: &ResolvedScene, materials: &Materials<'_>) -> Result<Vec<No
         see(&emitter.illuminant, emitter.radiance);
     }
     // Under lines alone nothing between them is seen, however fine the fringes are.
-    if !(is_continuous || has_map || lines.is_empty()) {
-        return Ok(vec![Nodes::new(0, &lines)]);
+    if continuous.is_empty() && !(is_continuous || has_map || lines.is_empty()) {
+        return Ok((f64::INFINITY, vec![Nodes::new(0, &lines)]));
+    }
+    let is_film = |material: &&Material| matches!(material, Material::Film(_));
+    let thickest = materials.list.iter().filter(is_film).map(Material::longest_path_nm).fold(0.0, f64::max);
+    let mut seen_nm = f64::INFINITY;
+    if thickest > LEAST_SEEN_NM {
+        continuous.push(Illuminant::named("D65")?);
+        seen_nm = longest_seen_nm(&continuous);
     }
     let mut longest_nm = 0.0_f64;
     for (object, material) in scene.recipe.objects.iter().zip(&materials.list) {
-        let path_nm = material.longest_path_nm();
+        let own_nm = material.longest_path_nm();
+        let path_nm = if is_film(&material) { own_nm.min(seen_nm) } else { own_nm };
         let wanted = node_count(path_nm);
         if wanted > MAX_NODES {
             return Err(RenderError::Resource(format!(
@@ -572,7 +589,7 @@ fn levels_for(scene: &ResolvedScene, materials: &Materials<'_>) -> Result<Vec<No
         let last = counts[counts.len() - 1];
         counts.push(if last.is_power_of_two() { last / 2 * 3 } else { last / 3 * 4 });
     }
-    Ok(counts.into_iter().map(|count| Nodes::new(count, &lines)).collect())
+    Ok((seen_nm, counts.into_iter().map(|count| Nodes::new(count, &lines)).collect()))
 }
 
 fn spectra(
@@ -586,7 +603,7 @@ fn spectra(
     let mut films = Vec::new();
     for (medium, outside) in &materials.films {
         let outer: Vec<f64> = at_nodes(&media.list()[usize::from(*outside)])?.iter().map(|n| n.re).collect();
-        films.push(FilmTable::new(&nodes.wavelength_nm, &at_nodes(medium)?, &outer));
+        films.push(FilmTable::new(nodes, &at_nodes(medium)?, &outer));
     }
     let table = |medium: &Medium| at_nodes(medium).map(|n| IndexTable::new(&n));
     let mut coatings = Vec::new();
@@ -622,7 +639,7 @@ fn spectra(
         attenuation,
         diffuse: diffuse.collect(),
         rgb_basis: [basis(0), basis(1), basis(2)],
-        bands: Bands::new(nodes, &importance),
+        bands: Bands::new(nodes, &lights.color_importance(&lit.places)),
         importance,
         lights,
     })

@@ -28,6 +28,9 @@ const NODES_A_FRINGE: f64 = 8.0;
 /// Uniform nodes up to twice which sums go in steps of 1 nm: nodes are 0.8 nm apart then at the violet end, and fringes 6.4.
 const NODES_PER_NM_STEP: usize = 128;
 
+/// Least chance of a place in the spectrum to be chosen, of an equal share.
+const LEAST_CHANCE: f64 = 0.1;
+
 /// Lines closer than this are one band, nm: no prism of a scene tells them apart.
 const SAME_BAND_NM: f64 = 2.0;
 
@@ -184,6 +187,11 @@ impl Nodes {
         self.probes.0[..count].iter().map(|nm| place(nm).clamp(0.0, (self.uniform - 1) as f64)).collect()
     }
 
+    /// Whether a node stands for a part of a continuous spectrum: it is neither a line nor a wavelength that is asked for.
+    pub fn is_continuous(&self, node: usize) -> bool {
+        node % self.row_len() < self.uniform
+    }
+
     /// Number of nodes, padding included.
     pub fn len(&self) -> usize {
         self.wavelength_nm.len()
@@ -269,10 +277,10 @@ struct Group {
 }
 
 impl Bands {
-    /// Chances are in proportion to luminance (`importance`), but never less than a quarter of an equal share, since
-    /// dark parts of the spectrum have colour.
+    /// Chances are in proportion to `importance`, that of colours, but never less than a tenth of an equal share: light may be
+    /// of another colour than is expected.
     pub fn new(nodes: &Nodes, importance: &[Lanes]) -> Bands {
-        let luminance: Vec<f64> = importance.iter().flat_map(|l| l.0).map(f64::from).collect();
+        let weights: Vec<f64> = importance.iter().flat_map(|l| l.0).map(f64::from).collect();
         let mut ranges: Vec<std::ops::Range<usize>> = (0..nodes.uniform).map(|node| node..node + 1).collect();
         for (i, nm) in nodes.lines.iter().enumerate() {
             let at = nodes.uniform + i;
@@ -281,10 +289,10 @@ impl Bands {
                 _ => ranges.push(at..at + 1),
             }
         }
-        let equal = 0.25 / ranges.len() as f64;
+        let equal = LEAST_CHANCE / ranges.len() as f64;
         let shares: Vec<f64> = ranges
             .iter()
-            .map(|range| equal + 0.75 * luminance[range.clone()].iter().map(|y| y.max(0.0)).sum::<f64>())
+            .map(|range| equal + (1.0 - LEAST_CHANCE) * weights[range.clone()].iter().map(|w| w.max(0.0)).sum::<f64>())
             .collect();
         let total: f64 = shares.iter().sum();
         let mut until = 0.0;

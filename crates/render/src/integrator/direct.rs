@@ -15,6 +15,7 @@ use super::escape::Share;
 use super::{Path, Scattered, Since, Sums, Target, Tracer, shading_normal};
 use crate::camera::Ray;
 use crate::failure::PathFailure;
+use crate::film::Phase;
 use crate::geometry::{Hit, cone_density, cone_direction};
 use crate::lights::Source;
 use crate::lights::chooser::{FEW, LightId, PICKS, pick};
@@ -239,9 +240,7 @@ impl Tracer<'_> {
             return false;
         }
         let thickness = film.layer.thickness_nm(&self.scene.geometry, &next);
-        if self.is_too_coarse(film.layer.path_nm(thickness)) {
-            return false;
-        }
+        let Some(phase) = self.phase(film.layer.path_nm(thickness)) else { return false };
         if way.slot != slot {
             let (from, to) = (self.at(way.slot, 0, 0), self.at(slot, 0, 0));
             self.arena.copy_within(from..from + 2 * self.blocks, to);
@@ -263,7 +262,15 @@ impl Tracer<'_> {
         let to = [Target::Nowhere, Target::Slot(slot)];
         // What it would be mirrored to is not looked at: the other branch does that.
         let mut unused = Sums([f32x16::splat(simd, 0.0); 3]);
-        self.split_film(simd, way, film.number, cos_theta, thickness as f32, to, &mut unused);
+        if phase == Phase::Single {
+            self.split_film(simd, way, film.number, cos_theta, thickness as f32, to, &mut unused);
+        } else {
+            let at = (way.direction.dot(way.hit.normal).abs().min(1.0), thickness, phase);
+            simd.vectorize(
+                #[inline(always)]
+                || self.split_long_film(simd, way, film.number, at, to, &mut unused),
+            );
+        }
         way.is_unpolarized = false;
         true
     }

@@ -33,6 +33,7 @@ use self::escape::{Escaped, Share};
 use self::extras::Extras;
 use crate::camera::Ray;
 use crate::failure::PathFailure;
+use crate::film::Phase;
 use crate::geometry::{Hit, frame};
 use crate::lights::Source;
 use crate::lights::chooser::LightId;
@@ -629,6 +630,16 @@ impl<'a> Tracer<'a> {
         // The last level resolves everything that the scene's thicknesses allow.
         self.failure = Some(PathFailure::NeedsLevel(self.level + finer.unwrap_or(0).max(1)));
         true
+    }
+
+    /// How the phase of a film of this path difference is told; `None` if the pixel must wait for finer spectra.
+    #[inline(always)]
+    fn phase(&mut self, path_nm: f64) -> Option<Phase> {
+        let phase = Phase::of(path_nm, self.scene.seen_nm);
+        if phase != Phase::Averaged && self.is_too_coarse(path_nm) {
+            return None;
+        }
+        Some(phase)
     }
 
     /// Not `map`: closures are not compiled for the wider instructions.

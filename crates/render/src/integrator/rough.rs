@@ -13,7 +13,7 @@ use iridesce_numerics::lanes::Singles as Lanes;
 use super::direct::Scatters;
 use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Scattered, Since, Sums, Tracer};
 use crate::coating::{IndexTable, LayersAt, Sequence};
-use crate::film::{Beam, FilmTable, Response};
+use crate::film::{Beam, FilmTable, Phase, Response};
 use crate::medium_stack::MediumStack;
 use crate::microfacet::{Microfacets, Wanderer};
 use crate::prepare::CoatedSurface;
@@ -33,7 +33,7 @@ const LEAST_CHANCE: f32 = 0.02;
 /// What light meets at a facet.
 #[derive(Clone, Copy)]
 pub(super) enum Stack<'b> {
-    Film { table: &'b FilmTable, thickness_nm: f32 },
+    Film { table: &'b FilmTable, thickness_nm: f64, phase: Phase },
     Layers { media: [&'b IndexTable; 2], layers: LayersAt<'b>, is_reversed: bool, rate: &'b [Lanes] },
 }
 
@@ -48,10 +48,16 @@ impl<'b> Stack<'b> {
 
     /// What a facet does to a block of nodes, met from the side of the path or from beyond.
     #[inline(always)]
-    fn response<S: Simd>(&self, simd: S, is_below: bool, block: usize, cos_theta: f32) -> Response<S> {
+    pub(super) fn response<S: Simd>(&self, simd: S, is_below: bool, block: usize, cos_theta: f32) -> Response<S> {
         match (self, self.sequence(is_below)) {
             (_, Some(sequence)) => sequence.response(simd, block, cos_theta),
-            (Stack::Film { table, thickness_nm }, _) => table.response(simd, block, cos_theta, *thickness_nm),
+            (Stack::Film { table, thickness_nm, phase: Phase::Single }, _) => {
+                table.response(simd, block, cos_theta, *thickness_nm as f32)
+            }
+            (Stack::Film { table, thickness_nm, phase }, _) => simd.vectorize(
+                #[inline(always)]
+                || table.long_response(simd, block, f64::from(cos_theta), *thickness_nm, *phase),
+            ),
             (Stack::Layers { .. }, None) => unreachable!("layers have a sequence"),
         }
     }

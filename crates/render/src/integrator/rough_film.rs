@@ -124,9 +124,7 @@ impl<'a> Tracer<'a> {
             return None;
         }
         let thickness = film.layer.thickness_nm(&self.scene.geometry, hit);
-        if self.is_too_coarse(film.layer.path_nm(thickness)) {
-            return None;
-        }
+        let phase = self.phase(film.layer.path_nm(thickness))?;
         let RoughPlace { facets: spread, frame, facing } = rough.at(&self.scene.geometry, hit, path.direction);
         let table = &self.spectra.films[film.number];
         Some(Facets {
@@ -134,7 +132,7 @@ impl<'a> Tracer<'a> {
             spread,
             frame,
             facing,
-            stack: Stack::Film { table, thickness_nm: thickness as f32 },
+            stack: Stack::Film { table, thickness_nm: thickness, phase },
             ratio: None,
             media: [path.medium; 2],
             is_dark: [self.is_dark(path.medium), true],
@@ -161,10 +159,9 @@ impl<'a> Tracer<'a> {
             (passed.axis, passed.in_plane, passed.is_unpolarized) = (mirrored.axis, mirrored.in_plane, false);
         }
         let cos_theta = (-mirrored.direction.dot(h)).clamp(0.0, 1.0) as f32;
-        let Stack::Film { table, thickness_nm } = facets.stack else { return 0.0 };
         let mut luminance = f32x16::splat(simd, 0.0);
         for block in 0..self.blocks {
-            let response = table.response(simd, block, cos_theta, thickness_nm);
+            let response = facets.stack.response(simd, false, block, cos_theta);
             let before = self.beam(simd, mirrored, block);
             let (back, on) = (response.reflect.carry(&before), response.transmit.carry(&before));
             self.store_beam(mirrored, block, &back);

@@ -8,7 +8,7 @@ use super::roulette::Onward;
 use super::{Continuation, Path, SAME_PLANE, Scattered, Since, Sums, Target, Tracer};
 use crate::coating::{IndexTable, LayersAt, Sequence};
 use crate::failure::PathFailure;
-use crate::film::{Beam, Mueller, Response};
+use crate::film::{Beam, Mueller, Phase, Response};
 use crate::geometry::Hit;
 use crate::medium_stack::MediumStack;
 use crate::prepare::{CoatedSurface, FilmSurface};
@@ -27,6 +27,15 @@ pub(super) struct Sides {
     pub exit: u8,
     /// The layers come in the other order.
     pub is_reversed: bool,
+}
+
+/// What is expected of the wavelengths that do not go on where a prism parts them.
+#[derive(Clone, Copy)]
+enum Expected {
+    /// This share of the mean light.
+    Mean(f32),
+    /// What the middle of the spectrum finds.
+    Middle(Target),
 }
 
 /// The refracted branch of a hit.
@@ -59,9 +68,7 @@ impl<'a> Tracer<'a> {
             return false;
         }
         let thickness = film.layer.thickness_nm(&self.scene.geometry, &hit);
-        if self.is_too_coarse(film.layer.path_nm(thickness)) {
-            return false;
-        }
+        let Some(phase) = self.phase(film.layer.path_nm(thickness)) else { return false };
         let thickness_nm = thickness as f32;
         let along = direction.dot(hit.normal);
         let cos_theta = along.abs().min(1.0) as f32;
@@ -76,7 +83,13 @@ impl<'a> Tracer<'a> {
         let mirrored = self.continuation(&hit, mirror, medium, None);
         self.make_room(simd, 2);
         let to = self.targets(path, (mirrored, mirror), (passed, direction, scattered));
-        let (mirrored_y, passed_y) = if path.in_plane && self.spectra.films[film.number].is_plain() {
+        let (mirrored_y, passed_y) = if phase != Phase::Single {
+            let at = (along.abs().min(1.0), thickness, phase);
+            simd.vectorize(
+                #[inline(always)]
+                || self.split_long_film(simd, path, film.number, at, to, sums),
+            )
+        } else if path.in_plane && self.spectra.films[film.number].is_plain() {
             self.split_plain(simd, path, film.number, cos_theta, thickness_nm, to, sums)
         } else {
             self.split_film(simd, path, film.number, cos_theta, thickness_nm, to, sums)
@@ -113,6 +126,7 @@ impl<'a> Tracer<'a> {
         let mirror = direction - hit.normal * (2.0 * along);
         let mut refracted = Refracted { direction: None, band: path.band, is_thinned: false };
         let (mut passed, mut expected) = (Continuation::Absorbed, 1.0);
+        let mut middle = None;
         if !coating.is_opaque {
             let facing = if is_from_front { hit.normal } else { -hit.normal };
             let media = [&spectra.media[usize::from(outer)], &spectra.media[usize::from(exit)]];
@@ -122,14 +136,20 @@ impl<'a> Tracer<'a> {
             }
             if refracted.is_thinned {
                 // By where the middle of the spectrum goes, not the chosen place: the estimate must not hang on the choice.
-                expected = match refracted_direction(direction, facing, cos_theta, media, spectra.bands.middle) {
-                    Some(middle) => self.expected_share(self.continuation(&hit, middle, beyond, None)),
-                    None => 1.0,
-                };
+                if let Some(along) = refracted_direction(direction, facing, cos_theta, media, spectra.bands.middle) {
+                    match self.continuation(&hit, along, beyond, None) {
+                        Continuation::Surface(next) => expected = self.scene.expected_shares[next.object],
+                        found => middle = Some((found, along)),
+                    }
+                }
             }
         }
         let mirrored = self.continuation(&hit, mirror, medium, None);
-        self.make_room(simd, 2);
+        self.make_room(simd, if middle.is_some() { 3 } else { 2 });
+        let expected = match middle {
+            Some((found, along)) => Expected::Middle(self.target(found, path.slot, along, None)),
+            None => Expected::Mean(expected),
+        };
         let passed_direction = refracted.direction.unwrap_or(direction);
         let to = self.targets(path, (mirrored, mirror), (passed, passed_direction, None));
         let (thicknesses, weights) = (std::mem::take(&mut self.thicknesses), std::mem::take(&mut self.thinned));
@@ -229,16 +249,6 @@ impl<'a> Tracer<'a> {
         let most = first.max(last).max(middle);
         let least = 1.0 - most * most * sine2;
         spread > 0.0 && (least <= 0.0 || spread > SAME_DIRECTION * least.sqrt())
-    }
-
-    /// What share of the mean light a branch is expected to find.
-    #[inline(always)]
-    fn expected_share(&self, continuation: Continuation) -> f32 {
-        match continuation {
-            Continuation::Surface(next) => self.scene.expected_shares[next.object],
-            Continuation::Escapes | Continuation::Backdrop(_) => 1.0,
-            Continuation::Emitter(..) | Continuation::Absorbed => 0.0,
-        }
     }
 
     /// Where both branches of a hit write their spectra; a second slot is taken where both go on.
@@ -365,6 +375,29 @@ impl<'a> Tracer<'a> {
         (luminance[0].reduce_sum(), luminance[1].reduce_sum())
     }
 
+    /// [`Tracer::split_film`] for a film whose phase single precision does not hold.
+    #[inline(always)]
+    pub(super) fn split_long_film<S: Simd>(
+        &mut self,
+        simd: S,
+        path: &Path,
+        film: usize,
+        (cos_theta, thickness_nm, phase): (f64, f64, Phase),
+        to: [Target; 2],
+        sums: &mut Sums<S>,
+    ) -> (f32, f32) {
+        let table = &self.spectra.films[film];
+        let zero = f32x16::splat(simd, 0.0);
+        let mut luminance = [zero; 2];
+        let mut xyz = sums.0;
+        for block in 0..self.blocks {
+            let response = table.long_response(simd, block, cos_theta, thickness_nm, phase);
+            (xyz, luminance) = self.split_block(simd, path, block, &response, to, None, xyz, luminance);
+        }
+        sums.0 = xyz;
+        (luminance[0].reduce_sum(), luminance[1].reduce_sum())
+    }
+
     /// The same for a coated or bare surface.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "plain values of one hit; a struct of them passes through memory")]
@@ -375,7 +408,7 @@ impl<'a> Tracer<'a> {
         sequence: &Sequence<'_>,
         cos_theta: f32,
         to: [Target; 2],
-        thinned: Option<(&[Lanes], f32)>,
+        thinned: Option<(&[Lanes], Expected)>,
         sums: &mut Sums<S>,
     ) -> (f32, f32) {
         let zero = f32x16::splat(simd, 0.0);
@@ -399,7 +432,7 @@ impl<'a> Tracer<'a> {
         block: usize,
         response: &Response<S>,
         to: [Target; 2],
-        thinned: Option<(&[Lanes], f32)>,
+        thinned: Option<(&[Lanes], Expected)>,
         mut xyz: [f32x16<S>; 3],
         mut luminance: [f32x16<S>; 2],
     ) -> ([f32x16<S>; 3], [f32x16<S>; 2]) {
@@ -422,7 +455,14 @@ impl<'a> Tracer<'a> {
                 let weight = weights[block].load(simd);
                 let before = out.s + out.p;
                 out = Beam { s: out.s * weight, p: out.p * weight, u: out.u * weight, v: out.v * weight };
-                xyz = self.add_mean(simd, block, (before - (out.s + out.p)) * expected, xyz);
+                let rest = before - (out.s + out.p);
+                xyz = match expected {
+                    Expected::Mean(share) => self.add_mean(simd, block, rest * share, xyz),
+                    Expected::Middle(found) => simd.vectorize(
+                        #[inline(always)]
+                        || self.splat(simd, found, block, rest, zero, xyz),
+                    ),
+                };
             }
             xyz = self.splat(simd, to[branch], block, out.s, out.p, xyz);
             if let (Target::Slot(slot), false) = (to[branch], path.in_plane) {

@@ -346,7 +346,22 @@ impl Lights {
     /// They are kept even where a cardinal spline dips below zero: choices in proportion to exactly the luminance
     /// that the picture shows are what keeps a white furnace white.
     pub fn importance(&self, places: &[Vec3]) -> Vec<Lanes> {
-        let y = |weights: &[Weights]| -> Vec<Lanes> { weights.iter().map(|w| w[1]).collect() };
+        self.mixture(places, [0.0, 1.0, 0.0])
+    }
+
+    /// By what places in the spectrum are chosen: X and Z of the lights count too. By Y alone one choice in fifty is blue, and
+    /// stands for fifty times its light.
+    pub fn color_importance(&self, places: &[Vec3]) -> Vec<Lanes> {
+        self.mixture(places, [0.25, 0.5, 0.25])
+    }
+
+    /// Weights of the lights, of X, Y, Z in these shares, each light by how much Y it is expected to give.
+    fn mixture(&self, places: &[Vec3], shares: [f32; 3]) -> Vec<Lanes> {
+        let of = |weights: &[Weights], shares: [f32; 3]| -> Vec<Lanes> {
+            let sum = |[x, y, z]: &Weights, at: usize| x.0[at] * shares[0] + y.0[at] * shares[1] + z.0[at] * shares[2];
+            weights.iter().map(|w| iridesce_numerics::lanes::Lanes(std::array::from_fn(|at| sum(w, at)))).collect()
+        };
+        let y = |weights: &[Weights]| -> Vec<Lanes> { of(weights, [0.0, 1.0, 0.0]) };
         let total = |weights: &[Lanes]| weights.iter().flat_map(|l| l.0).map(f64::from).sum::<f64>();
         let maps: Vec<Weights> = self.map_blocks.iter().map(|block| block.weights).collect();
         let map_y: f64 = self.mean_rgb.iter().zip(REC709_LUMINANCE).map(|(v, y)| f64::from(*v) * y).sum();
@@ -356,19 +371,20 @@ impl Lights {
             .chain(self.area_lights.iter().map(|light| &light.weights[..]))
             .chain(self.deltas.iter().map(|light| &light.weights[..]))
             .enumerate()
-            .map(|(at, weights)| (y(weights), self.mean_radiance(self.id(at), places)));
-        let (uniform, maps) = (y(&self.uniform), y(&maps));
-        let uniform_y = 2.0 * total(&uniform);
+            .map(|(at, weights)| (weights, self.mean_radiance(self.id(at), places)));
+        let uniform_y = 2.0 * total(&y(&self.uniform));
         let has_maps = self.has_maps();
-        let kinds: Vec<(Vec<Lanes>, f64)> = [(uniform, uniform_y), (maps, if has_maps { map_y } else { 0.0 })]
-            .into_iter()
-            .chain(single)
-            .filter(|(weights, worth)| *worth > 0.0 && total(weights) > 0.0)
-            .collect();
+        let kinds: Vec<(Vec<Lanes>, f64, f64)> =
+            [(&self.uniform[..], uniform_y), (&maps[..], if has_maps { map_y } else { 0.0 })]
+                .into_iter()
+                .chain(single)
+                .map(|(weights, worth)| (of(weights, shares), total(&y(weights)), worth))
+                .filter(|(_, total, worth)| *worth > 0.0 && *total > 0.0)
+                .collect();
         let mut sum = vec![0.0; self.map_blocks.len() * LANES];
-        for (weights, worth) in &kinds {
+        for (weights, total, worth) in &kinds {
             // One alone keeps exactly its own weights.
-            let scale = if kinds.len() == 1 { 1.0 } else { worth / total(weights) };
+            let scale = if kinds.len() == 1 { 1.0 } else { worth / total };
             for (sum, weight) in sum.iter_mut().zip(weights.iter().flat_map(|l| l.0)) {
                 *sum += scale * f64::from(weight);
             }
