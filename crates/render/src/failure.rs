@@ -1,8 +1,9 @@
 //! What only rays can tell is wrong with a scene.
 
 use crate::framebuffer::RenderError;
+use crate::materials::Material;
 use crate::medium_stack::{DEEPEST, SURROUNDING};
-use crate::prepare::{Material, Prepared};
+use crate::prepare::Prepared;
 
 /// Why a pixel could not be finished.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,7 +5,8 @@ use iridesce_numerics::Vec3;
 use crate::camera::Ray;
 use crate::coating::IndexTable;
 use crate::geometry::Hit;
-use crate::prepare::{LayerSurface, Material, Prepared};
+use crate::materials::{LayerSurface, Material};
+use crate::prepare::Prepared;
 
 /// Most clear surfaces through which a film is looked for.
 const CLEAR_SURFACES: usize = 8;
@@ -34,7 +35,7 @@ pub fn refracted_direction(
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shown {
     pub thickness_nm: f64,
-    /// Optical path difference 2 n t cos(theta) in it, theta within it, at [`crate::prepare::SHOWN_NM`], nm; 0 where light
+    /// Optical path difference 2 n t cos(theta) in it, theta within it, at [`crate::materials::SHOWN_NM`], nm; 0 where light
     /// of that wavelength does not enter it.
     pub path_difference_nm: f64,
 }

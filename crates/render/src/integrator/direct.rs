@@ -19,8 +19,8 @@ use crate::film::Phase;
 use crate::geometry::{Hit, cone_density, cone_direction};
 use crate::lights::Source;
 use crate::lights::chooser::{FEW, LightId, PICKS, pick};
+use crate::materials::Material;
 use crate::medium_stack::MediumStack;
-use crate::prepare::Material;
 use crate::sampler::Choices;
 
 /// Density of a surface's own branch, over that of light sampling, below which it does not look for a sun at all: a diffuse

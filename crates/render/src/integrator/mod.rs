@@ -35,10 +35,12 @@ use crate::camera::Ray;
 use crate::failure::PathFailure;
 use crate::film::Phase;
 use crate::geometry::{Hit, frame};
+use crate::levels::Spectra;
 use crate::lights::Source;
 use crate::lights::chooser::LightId;
+use crate::materials::Material;
 use crate::medium_stack::MediumStack;
-use crate::prepare::{Material, Prepared, Spectra};
+use crate::prepare::Prepared;
 use crate::sampler::Choices;
 use crate::variance::MOST_BATCHES;
 

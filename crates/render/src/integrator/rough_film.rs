@@ -11,8 +11,8 @@ use super::{Continuation, Path, Scattered, Since, Sums, Tracer};
 use crate::failure::PathFailure;
 use crate::film::Beam;
 use crate::geometry::Hit;
+use crate::materials::FilmSurface;
 use crate::microfacet::Wanderer;
-use crate::prepare::FilmSurface;
 use crate::rough::{RoughPlace, RoughSurface};
 use crate::sampler::Choices;
 

@@ -9,8 +9,8 @@ use iridesce_numerics::Vec3;
 
 use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Since, Sums, Target, Tracer};
 use crate::geometry::Hit;
+use crate::materials::Material;
 use crate::medium_stack::MediumStack;
-use crate::prepare::Material;
 use crate::sampler::Choices;
 
 /// So many hits beyond `max_depth` a walk is taken to be caught for good, as by total reflection in clear glass.

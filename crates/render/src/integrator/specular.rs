@@ -10,8 +10,8 @@ use crate::coating::{IndexTable, LayersAt, Sequence};
 use crate::failure::PathFailure;
 use crate::film::{Beam, Mueller, Phase, Response};
 use crate::geometry::Hit;
+use crate::materials::{CoatedSurface, FilmSurface};
 use crate::medium_stack::MediumStack;
-use crate::prepare::{CoatedSurface, FilmSurface};
 use crate::refraction::{ratio, refracted_direction};
 use crate::sampler::Choices;
 
