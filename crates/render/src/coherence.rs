@@ -96,7 +96,8 @@ mod tests {
                 }
                 let fine = (0..3).map(|c| sums[c][0].hypot(sums[c][1]) / totals[c]).fold(0.0, f64::max);
                 let found = contrast(&knots, totals, path_nm);
-                assert!((found - fine).abs() < 1e-5 + 0.05 * fine, "{name}, {path_nm}: {found} {fine}");
+                // A third of what is not seen.
+                assert!((found - fine).abs() < 0.3 * UNSEEN + 0.05 * fine, "{name}, {path_nm}: {found} {fine}");
             }
         }
     }

@@ -131,24 +131,32 @@ impl FilmTable {
         if self.is_plain {
             return free_lossless(contrast, cos, per_b);
         }
-        self.lossy(block, simd, cos, per_b, per_b)
+        let b = self.inner(simd, block, cos);
+        let decay = exp2(b[1] * per_b * -EXP2_PER_HALF_TURN);
+        self.lossy(simd, block, cos, b, per_b, decay)
     }
 
-    /// The complex form; `phase_per_b` may be without whole numbers of half turns.
+    /// b of any film.
+    #[inline(always)]
+    fn inner<S: Simd>(&self, simd: S, block: usize, cos: f32x16<S>) -> [f32x16<S>; 2] {
+        let FilmBlock { contrast, loss, .. } = &self.blocks[block];
+        square_root([cos.mul_add(cos, contrast.load(simd)), loss.load(simd)])
+    }
+
+    /// The complex form.
     #[inline(always)]
     fn lossy<S: Simd>(
         &self,
-        block: usize,
         simd: S,
+        block: usize,
         cos: f32x16<S>,
+        b: [f32x16<S>; 2],
         per_b: f32x16<S>,
-        phase_per_b: f32x16<S>,
+        decay: f32x16<S>,
     ) -> Response<S> {
         let FilmBlock { contrast, loss, .. } = &self.blocks[block];
         let (contrast, loss) = (contrast.load(simd), loss.load(simd));
-        let b = square_root([cos.mul_add(cos, contrast), loss]);
-        let decay = exp2(b[1] * per_b * -EXP2_PER_HALF_TURN);
-        free_absorbing(cos, b, [(contrast + 1.0) * cos, loss * cos], phase_per_b, decay)
+        free_absorbing(cos, b, [(contrast + 1.0) * cos, loss * cos], per_b, decay)
     }
 
     /// [`FilmTable::response`] of a film whose phase single precision does not hold.
@@ -161,14 +169,17 @@ impl FilmTable {
         thickness_nm: f64,
         phase: Phase,
     ) -> Response<S> {
-        let FilmBlock { contrast, rate, .. } = &self.blocks[block];
+        let FilmBlock { contrast, .. } = &self.blocks[block];
         let cos_theta = cos_theta.max(f64::from(SMALLEST_COS));
         let cos = f32x16::splat(simd, cos_theta as f32);
         let own = &self.exact[block * LANES..(block + 1) * LANES];
         let mut inner = [0.0; LANES];
+        let mut decay = Lanes::ZERO;
         let mut is_averaged = [false; LANES];
         for lane in 0..LANES {
-            inner[lane] = (own[lane].contrast + cos_theta * cos_theta).sqrt().re;
+            let b = (own[lane].contrast + cos_theta * cos_theta).sqrt();
+            inner[lane] = b.re;
+            decay.0[lane] = (-std::f64::consts::PI * own[lane].rate * thickness_nm * b.im).exp() as f32;
             is_averaged[lane] = phase == Phase::Averaged && own[lane].is_continuous;
         }
         let count = if is_averaged.contains(&true) { PHASES } else { 1 };
@@ -191,7 +202,7 @@ impl FilmTable {
             let one = if self.is_plain {
                 free_lossless(contrast.load(simd), cos, per_b)
             } else {
-                self.lossy(block, simd, cos, rate.load(simd) * thickness_nm as f32, per_b)
+                self.lossy(simd, block, cos, self.inner(simd, block, cos), per_b, decay.load(simd))
             };
             sum = Response {
                 reflect: added(sum.reflect, one.reflect, 1.0 / count as f32),
@@ -394,8 +405,9 @@ mod tests {
                     let fringe_nm = 0.5 * nm / (index * index - 1.0 + cos_theta * cos_theta).sqrt().re;
                     let mut mean = [[0.0; 4]; 2];
                     for step in 0..steps {
-                        let one =
-                            exact(index, nm, cos_theta, thickness_nm + fringe_nm * f64::from(step) / f64::from(steps));
+                        // Around the thickness: what is absorbed changes with it.
+                        let aside = if steps == 1 { 0.0 } else { (f64::from(step) + 0.5) / f64::from(steps) - 0.5 };
+                        let one = exact(index, nm, cos_theta, thickness_nm + fringe_nm * aside);
                         for (mean, one) in mean.iter_mut().flatten().zip(one.iter().flatten()) {
                             *mean += one / f64::from(steps);
                         }
