@@ -162,7 +162,7 @@ class Image:
         Of the samples, in renders:
 
         ``"variance"``            variance of the pixel's mean Y: what another seed would give is off by about its root, in
-                                  smooth pictures by down to a third of it. That samples are spread evenly is counted in. NaN
+                                  smooth pictures by two thirds of it. That samples are spread evenly is counted in. NaN
                                   after a single sample                                                   (height, width)
         ``"samples"``             camera rays of the pixel, 0 outside the tiles of a shard; int32         (height, width)
         ``"alpha"``               of scenes without backdrop: 1 - the mean transmittance along the unbent straight way to the
