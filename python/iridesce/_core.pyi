@@ -21,6 +21,9 @@ __version__: str
 
 MEDIUM_TEXT_BYTES: int
 
+def argument_words(argument: str, allowed: str, given: str, place: str) -> str: ...
+def range_words(low: float, includes_low: bool, high: float) -> str: ...
+
 class Medium:
     @staticmethod
     def constant(n: float, k: float) -> Medium: ...

@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterator
 from html import escape
 from typing import Any
 
+from iridesce.arguments.refusals import refusal
+
 # What a caller may give as `progress`: a function of (done, total), or of (done, total, stage=...).
 Told = Callable[..., object] | bool | None
 # What `_core` calls: done, total, stage.
@@ -22,9 +24,7 @@ _WORDS = {"reading": "reading maps", "flowing": "the film flows"}
 def check_progress(progress: object) -> None:
     """``ValueError`` for what cannot be told anything."""
     if not (progress is None or isinstance(progress, bool) or callable(progress)):
-        raise ValueError(
-            f"progress must be a function of (done, total) or (done, total, stage), True, False or None, got {progress!r}"
-        )
+        raise refusal("progress", "a function of (done, total) or (done, total, stage), True, False or None", progress)
 
 
 @contextlib.contextmanager

@@ -6,6 +6,32 @@ from collections.abc import Sequence
 from typing import Any
 
 
+class ArgumentError(ValueError):
+    """An argument outside what is allowed; its message is made of the parts.
+
+    argument   its name
+    allowed    what is allowed, to be read after "must be"
+    given      what was given, in words
+    place      where in it: "at index (3, 7)", "in layer 2"; empty where there is only one place
+
+    >>> import iridesce as ir
+    >>> film = ir.Stack(["air", ir.Layer("soap", thickness_nm=320.0), "air"])
+    >>> try:
+    ...     film.reflectance([550.0, -1.0])
+    ... except ir.errors.ArgumentError as error:
+    ...     print(error, [error.argument, error.allowed, error.given, error.place], sep="\\n")
+    wavelength_nm must be > 0 and finite, got -1.0 at index (1,)
+    ['wavelength_nm', '> 0 and finite', '-1.0', 'at index (1,)']
+    """
+
+    def __init__(self, message: str, argument: str = "", allowed: str = "", given: str = "", place: str = ""):
+        super().__init__(message)
+        self.argument = argument
+        self.allowed = allowed
+        self.given = given
+        self.place = place
+
+
 class SceneError(ValueError):
     """A scene that cannot be used; ``file``, ``line`` and ``key`` tell where (``None`` where unknown).
 

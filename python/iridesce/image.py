@@ -22,6 +22,7 @@ from iridesce._picture_files import (
     seen_spectra,
     xyz_of_file,
 )
+from iridesce.arguments.refusals import refusal
 from iridesce.arguments.scalars import file_name, one_of
 from iridesce.files.whole import read_whole
 
@@ -74,7 +75,7 @@ class Image:
         bad = ~np.isfinite(xyz_)
         if bad.any():
             place = tuple(int(i) for i in np.argwhere(bad)[0])
-            raise ValueError(f"xyz must be finite, got {float(xyz_[place])} at index {place}")
+            raise refusal("xyz", "finite", float(xyz_[place]), f"at index {place}")
         planes = {
             "depth": np.full(size, np.inf, np.float32) if depth is None else _plane("depth", depth, size, None),
             "thickness_nm": np.full(size, np.nan, np.float32)
@@ -306,7 +307,7 @@ class Image:
         one_of("space", space, _SPACES)
         one_of("gamut", gamut, _GAMUTS)
         if isinstance(bits, bool) or bits not in (8, 16):
-            raise ValueError(f"bits must be 8 or 16, got {bits!r}")
+            raise refusal("bits", "8 or 16", bits)
         stops = self._stops(exposure)
         if name.lower().endswith(".exr"):
             facts = self._file_facts()
@@ -348,13 +349,13 @@ class Image:
     def _stops(self, exposure: float | str) -> float:
         if isinstance(exposure, str):
             if exposure != "auto":
-                raise ValueError(f'exposure must be a number of stops or "auto", got {exposure!r}')
+                raise refusal("exposure", 'a number of stops or "auto"', exposure)
             return float(_core.auto_exposure(self._xyz, self._planes["depth"]))
         number = isinstance(exposure, numbers.Real) and not isinstance(exposure, (bool, np.bool_))
         stops = float(exposure) if number else math.nan
         if not -_MAX_STOPS <= stops <= _MAX_STOPS:
             allowed = f'a number of stops from -{_MAX_STOPS:g} to {_MAX_STOPS:g} or "auto"'
-            raise ValueError(f"exposure must be {allowed}, got {exposure!r}")
+            raise refusal("exposure", f"{allowed}", exposure)
         return stops
 
     def _undivided(self) -> _Floats:

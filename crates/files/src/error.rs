@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use iridesce_numerics::Argument;
+
 /// Asked now and then during long work: `true` stops it with [`FileError::Cancelled`] and leaves no file behind.
 pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
@@ -12,6 +14,9 @@ pub enum FileError {
     /// A number, a name or a shape outside what is allowed.
     #[error("{0}")]
     Argument(String),
+    /// An argument outside what is allowed, in parts.
+    #[error(transparent)]
+    Parts(#[from] Argument),
     /// The file could not be written; what was there before is still there.
     #[error("cannot write {}: {source}", .path.display())]
     Write {

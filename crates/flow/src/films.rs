@@ -143,8 +143,8 @@ impl Films {
     /// stop them. Stopped films are kept where they are. The error says which of the films it is about.
     pub fn fields(&self, wanted: &[(FilmRun, f64)], watch: &Watch) -> Result<Vec<Arc<FlowField>>, (usize, FlowError)> {
         if let Some(at) = wanted.iter().position(|(_, time_s)| !(0.0..=MOST_SECONDS).contains(time_s)) {
-            let message = format!("must be from 0 to {MOST_SECONDS} s, got {:?}", wanted[at].1);
-            return Err((at, ThicknessError { key: "time_s", message }.into()));
+            let allowed = format!("from 0 to {MOST_SECONDS} s");
+            return Err((at, ThicknessError::new("time_s", allowed, format!("{:?}", wanted[at].1)).into()));
         }
         let mut found: Vec<Option<Arc<FlowField>>> = vec![None; wanted.len()];
         // Each film once, its times in order: one run passes through them all.

@@ -5,6 +5,8 @@ use std::sync::OnceLock;
 pub use fearless_simd::Level;
 use fearless_simd::Simd;
 
+use crate::argument::Argument;
+
 /// The environment variable that caps the level.
 pub const VARIABLE: &str = "IRIDESCE_SIMD";
 
@@ -13,7 +15,7 @@ pub const NAMES: [&str; 5] = ["sse2", "sse4.2", "avx2", "avx512", "neon"];
 
 /// A level was asked for that does not exist, or that this machine lacks.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{VARIABLE} {}", self.message())]
+#[error("{}", self.argument())]
 pub struct SimdError {
     /// What was asked for.
     pub asked: String,
@@ -22,10 +24,11 @@ pub struct SimdError {
 }
 
 impl SimdError {
-    /// What is wrong, after the name of the variable.
-    pub fn message(&self) -> String {
+    /// The same in parts.
+    pub fn argument(&self) -> Argument {
         let has = if self.has.is_empty() { "none".into() } else { self.has.join(", ") };
-        format!("must be one of {}, got {:?} (of these this machine has {has})", NAMES.join(", "), self.asked)
+        let allowed = format!("one of {} (of these this machine has {has})", NAMES.join(", "));
+        Argument::new(VARIABLE, allowed, format!("{:?}", self.asked))
     }
 }
 

@@ -1,13 +1,18 @@
 //! The one error type of this crate. Every message says what was wrong, what was given and what is allowed.
 
+use iridesce_numerics::Argument;
+
 /// What can go wrong in optics; `Display` is the whole message a user sees.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OpticsError {
-    /// A number or name outside what the function allows.
+    /// What does not go together, as a sentence.
     #[error("{0}")]
     Argument(String),
-    /// No medium, illuminant or observer of that name.
+    /// A number or name outside what the function allows, in parts.
+    #[error(transparent)]
+    Parts(Box<Argument>),
+    /// No medium or illuminant of that name.
     #[error("{0}")]
     Unknown(String),
     /// A wavelength outside the data of a medium.
@@ -24,30 +29,26 @@ pub enum OpticsError {
     Data(String),
 }
 
-impl From<iridesce_numerics::simd::SimdError> for OpticsError {
-    fn from(error: iridesce_numerics::simd::SimdError) -> OpticsError {
-        OpticsError::Argument(error.to_string())
-    }
-}
-
-/// `at index (2, 0)`, as arrays are indexed; nothing for a scalar.
-pub(crate) fn name_of(index: &[usize]) -> String {
-    match index {
-        [] => String::new(),
-        [index] => format!("at index ({index},)"),
-        place => {
-            let indices: Vec<String> = place.iter().map(usize::to_string).collect();
-            format!("at index ({})", indices.join(", "))
+impl OpticsError {
+    /// The same with the place where it arose: `at index (3, 7)`.
+    #[must_use]
+    pub fn at(self, place: &str) -> OpticsError {
+        match self {
+            OpticsError::Parts(argument) => OpticsError::Parts(Box::new(argument.at(place))),
+            error if place.is_empty() => error,
+            error => OpticsError::Argument(format!("{error} {place}")),
         }
     }
 }
 
-/// `at index (2, 0)`: where an element of an array stands that is counted in C order; nothing for a scalar.
-pub fn place_name(shape: &[usize], mut element: usize) -> String {
-    let mut index = vec![0; shape.len()];
-    for (index, &length) in index.iter_mut().zip(shape).rev() {
-        *index = element % length.max(1);
-        element /= length.max(1);
+impl From<Argument> for OpticsError {
+    fn from(argument: Argument) -> OpticsError {
+        OpticsError::Parts(Box::new(argument))
     }
-    name_of(&index)
+}
+
+impl From<iridesce_numerics::simd::SimdError> for OpticsError {
+    fn from(error: iridesce_numerics::simd::SimdError) -> OpticsError {
+        OpticsError::Argument(error.to_string())
+    }
 }

@@ -2,6 +2,7 @@
 
 pub mod kernel;
 
+use iridesce_numerics::{Argument, THICKNESS_NM, WAVELENGTH_NM};
 use std::f64::consts::TAU;
 
 use crate::fresnel::{Amplitudes, Polarization, between, check_finite_index, check_first, check_last};
@@ -166,11 +167,11 @@ pub fn two_beam_purity(n: [f64; 3]) -> Result<f64, OpticsError> {
 }
 
 fn check_lengths(thickness_nm: f64, wavelength_nm: f64) -> Result<(), OpticsError> {
-    if !(thickness_nm >= 0.0 && thickness_nm.is_finite()) {
-        return Err(OpticsError::Argument(format!("thickness_nm must be >= 0 and finite, got {thickness_nm}")));
-    }
-    if !(wavelength_nm > 0.0 && wavelength_nm.is_finite() && thickness_nm / wavelength_nm < 1e30) {
-        return Err(OpticsError::Argument(format!("wavelength_nm must be > 0 and finite, got {wavelength_nm}")));
+    THICKNESS_NM.check(thickness_nm)?;
+    WAVELENGTH_NM.check(wavelength_nm)?;
+    if thickness_nm / wavelength_nm >= 1e30 {
+        let allowed = format!("> {:?}, a 1e30th of the thickness", thickness_nm / 1e30);
+        return Err(Argument::new("wavelength_nm", allowed, wavelength_nm).into());
     }
     Ok(())
 }

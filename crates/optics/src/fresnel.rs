@@ -3,6 +3,8 @@
 //! Sign convention, here and everywhere: time factor `exp(-i omega t)`, index `n + ik` with `k > 0` absorbing, amplitudes
 //! are ratios of electric fields, `r_p = -r_s` at normal incidence.
 
+use iridesce_numerics::Argument;
+
 use crate::incidence::{Incidence, sqrt_upper};
 use crate::{Complex64, OpticsError};
 
@@ -24,9 +26,7 @@ impl Polarization {
             "s" => Ok(Polarization::S),
             "p" => Ok(Polarization::P),
             "unpolarized" => Ok(Polarization::Unpolarized),
-            _ => Err(OpticsError::Argument(format!(
-                "polarization must be \"s\", \"p\" or \"unpolarized\", got {name:?}"
-            ))),
+            _ => Err(Argument::one_of("polarization", &["s", "p", "unpolarized"], name).into()),
         }
     }
 

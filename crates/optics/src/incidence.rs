@@ -6,6 +6,8 @@
 //! n_first cos theta it is the other way round (light from glass into a film of 0.25 would leave two digits fewer, and thick
 //! films multiply that by their phase), so there the textbook's form is taken.
 
+use iridesce_numerics::{ANGLE_DEG, Bounds};
+
 use crate::{Complex64, OpticsError};
 
 /// The direction of the incident light in the first medium.
@@ -24,17 +26,17 @@ impl Incidence {
             let sin_theta = ((1.0 - cos_theta) * (1.0 + cos_theta)).sqrt();
             Ok(Incidence { cos_theta, sin_theta, angle_deg: None })
         } else {
-            Err(OpticsError::Argument(format!("cos_theta must be > 0 and <= 1, got {cos_theta}")))
+            Err(Bounds::above("cos_theta", 0.0).at_most(1.0).refuse(cos_theta).into())
         }
     }
 
     /// From the angle to the normal in degrees, `0 <= angle_deg < 90`.
     pub fn from_degrees(angle_deg: f64) -> Result<Incidence, OpticsError> {
-        if (0.0..90.0).contains(&angle_deg) {
+        if ANGLE_DEG.holds(angle_deg) {
             let sin_theta = sin_of_degrees(angle_deg);
             Ok(Incidence { cos_theta: cos_of_degrees(angle_deg), sin_theta, angle_deg: Some(angle_deg) })
         } else {
-            Err(OpticsError::Argument(format!("angle_deg must be >= 0 and < 90, got {angle_deg}")))
+            Err(ANGLE_DEG.refuse(angle_deg).into())
         }
     }
 

@@ -16,7 +16,7 @@ pub mod mueller;
 pub mod spectrum;
 pub mod stack;
 
-pub use error::{OpticsError, place_name};
+pub use error::OpticsError;
 pub use medium::{Beyond, Medium};
 pub use num_complex::Complex64;
 pub use stack::{Layer, Polarization, Stack};

@@ -20,6 +20,8 @@ mod number;
 mod rows;
 mod yaml;
 
+use iridesce_numerics::WAVELENGTH_NM;
+
 use std::sync::Arc;
 
 use crate::spectrum::Table;
@@ -421,11 +423,7 @@ fn check_index(index: Complex64) -> Result<(), String> {
 }
 
 fn check_wavelength(wavelength_nm: f64, place: &str) -> Result<(), OpticsError> {
-    if wavelength_nm.is_finite() && wavelength_nm > 0.0 {
-        return Ok(());
-    }
-    let place = spaced(place);
-    Err(OpticsError::Argument(format!("wavelength_nm must be > 0 and finite, got {wavelength_nm:?}{place}")))
+    Ok(WAVELENGTH_NM.check(wavelength_nm).map(|_| ()).map_err(|wrong| wrong.at(place))?)
 }
 
 fn spaced(place: &str) -> String {

@@ -22,6 +22,8 @@ pub(crate) use slabs::averages as phase_averages;
 pub use solver::{Powers, Solver};
 pub use text::StackText;
 
+use iridesce_numerics::{Argument, THICKNESS_NM, WAVELENGTH_NM};
+
 use crate::fresnel::{check_finite_index, check_first, check_last};
 use crate::incidence::Incidence;
 use crate::medium::Beyond;
@@ -76,7 +78,7 @@ impl Stack {
         polarization: Polarization,
     ) -> Result<Response, OpticsError> {
         if !(wavelength_nm > 0.0 && wavelength_nm.is_finite()) {
-            return Err(bad_wavelength(wavelength_nm));
+            return Err(WAVELENGTH_NM.refuse(wavelength_nm).into());
         }
         let indices = self.indices(wavelength_nm)?;
         let thickness_nm: Vec<f64> = self.layers.iter().map(|layer| layer.thickness_nm).collect();
@@ -193,24 +195,12 @@ pub fn check(
             coherent.len()
         )));
     }
-    if !(wavelength_nm > 0.0 && wavelength_nm.is_finite()) {
-        return Err(bad_wavelength(wavelength_nm));
-    }
+    WAVELENGTH_NM.check(wavelength_nm)?;
     check_indices(indices, coherent)?;
     for (j, &thickness) in thickness_nm.iter().enumerate() {
-        if !(thickness >= 0.0 && thickness.is_finite()) {
-            return Err(OpticsError::Argument(format!(
-                "thickness_nm must be >= 0 and finite, got {thickness} in layer {}",
-                j + 1
-            )));
-        }
-        if thickness / wavelength_nm > MOST_WAVES {
-            return Err(OpticsError::Argument(format!(
-                "thickness_nm must be at most {MOST_WAVES:e} wavelengths, got {thickness} in layer {} at \
-                 {wavelength_nm} nm",
-                j + 1
-            )));
-        }
+        THICKNESS_NM.check(thickness).map_err(|e| e.at(format!("in layer {}", j + 1)))?;
+        check_phase(thickness, wavelength_nm)
+            .map_err(|e| e.at(format!("in layer {} at {wavelength_nm:?} nm", j + 1)))?;
     }
     Ok(())
 }
@@ -235,8 +225,12 @@ pub fn check_indices(indices: &[Complex64], coherent: &[bool]) -> Result<(), Opt
     Ok(())
 }
 
-fn bad_wavelength(wavelength_nm: f64) -> OpticsError {
-    OpticsError::Argument(format!("wavelength_nm must be > 0 and finite, got {wavelength_nm}"))
+/// The part of [`check`] that looks at thickness and wavelength together.
+pub fn check_phase(thickness_nm: f64, wavelength_nm: f64) -> Result<(), Argument> {
+    if thickness_nm / wavelength_nm <= MOST_WAVES {
+        return Ok(());
+    }
+    Err(Argument::new("thickness_nm", format!("at most {MOST_WAVES:e} wavelengths"), format!("{thickness_nm:?}")))
 }
 
 #[cfg(test)]

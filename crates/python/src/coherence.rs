@@ -1,14 +1,15 @@
 //! Bindings of partial coherence: averages over lines and thicknesses, Mueller matrices of slabs, slices of graded layers.
 
+use iridesce::numerics::index_place;
 use iridesce::optics::coherence::{AverageRequest, Direction, LineShape, MOST_SLABS, averaged, mueller};
 use iridesce::optics::color::fringe_parts;
 use iridesce::optics::stack::graded;
 use iridesce::optics::stack::sweep::Power;
-use iridesce::optics::{Complex64, Polarization, film, place_name};
+use iridesce::optics::{Complex64, Polarization, film};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::interrupt::{Long, beside};
 use crate::medium::Medium;
 use crate::stacks::Elements;
@@ -98,8 +99,7 @@ fn two_beam_purity<'py>(
 ) -> Result<Bound<'py, PyArray1<f64>>> {
     let (rows, _) = n.as_slice()?.as_chunks::<3>();
     let one = |(element, n): (usize, &[f64; 3])| {
-        film::two_beam_purity(*n)
-            .map_err(|error| Error::value(format!("{error} {}", place_name(&shape, element)).trim_end()))
+        film::two_beam_purity(*n).map_err(|error| error.at(&index_place(element, &shape)).into())
     };
     Ok(rows.iter().enumerate().map(one).collect::<Result<Vec<_>>>()?.into_pyarray(py))
 }

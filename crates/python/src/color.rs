@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use iridesce::files::read_lamp;
+use iridesce::numerics::Argument;
 use iridesce::numerics::Watch;
 use iridesce::optics::color::gamut::{Gamut, Mapping};
 use iridesce::optics::color::{
@@ -217,15 +218,7 @@ fn stack_color<'py>(
             coherent,
             illuminant: illuminant.inner.clone(),
             observer: Observer::named(observer)?,
-            polarization: match polarization {
-                "s" => Polarization::S,
-                "p" => Polarization::P,
-                "unpolarized" => Polarization::Unpolarized,
-                _ => {
-                    let message = format!("polarization must be \"s\", \"p\" or \"unpolarized\", got {polarization:?}");
-                    return Err(OpticsError::Argument(message));
-                }
-            },
+            polarization: Polarization::named(polarization)?,
             quantity: Quantity::named(quantity)?,
             model: Model::named(model)?,
             grid: match &wavelength_nm {
@@ -288,7 +281,7 @@ fn dias1991<'py>(
     let table = match table {
         "printed" => DiasTable::Printed,
         "full" => DiasTable::Full,
-        _ => return Err(Error::value(format!("table must be \"printed\" or \"full\", got {table:?}"))),
+        _ => return Err(Argument::one_of("table", &["printed", "full"], table).into()),
     };
     let matrix = match matrix {
         MatrixArgument::Given(matrix) => DiasMatrix::Given(matrix),
@@ -296,8 +289,8 @@ fn dias1991<'py>(
             "printed" => DiasMatrix::Printed,
             "full" => DiasMatrix::Full,
             _ => {
-                let message = format!("matrix must be \"printed\", \"full\" or a 3 x 3 array, got {name:?}");
-                return Err(Error::value(message));
+                let allowed = "\"printed\", \"full\" or a 3 x 3 array";
+                return Err(Argument::new("matrix", allowed, format!("{name:?}")).into());
             }
         },
     };

@@ -5,15 +5,16 @@ use std::io::ErrorKind;
 use iridesce::files::FileError;
 use iridesce::flow::FlowError;
 use iridesce::inverse::InverseError;
+use iridesce::numerics::{Argument, Bounds};
 use iridesce::optics::OpticsError;
 use iridesce::render::RenderError;
 use iridesce::scene::{ResolveError, SceneError};
-use iridesce::thickness::ThicknessError;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 /// What `iridesce/errors.py` defines.
 mod python {
+    pyo3::import_exception!(iridesce.errors, ArgumentError);
     pyo3::import_exception!(iridesce.errors, ResourceError);
     pyo3::import_exception!(iridesce.errors, SceneError);
 }
@@ -61,10 +62,20 @@ impl From<numpy::AsSliceError> for Error {
     }
 }
 
+/// `iridesce.errors.ArgumentError`, a `ValueError` with the parts.
+impl From<Argument> for Error {
+    fn from(error: Argument) -> Error {
+        let words = error.to_string();
+        let Argument { argument, allowed, given, place } = error;
+        Error(python::ArgumentError::new_err((words, argument.into_owned(), allowed.into_owned(), given, place)))
+    }
+}
+
 impl From<OpticsError> for Error {
     fn from(error: OpticsError) -> Error {
         let message = error.to_string();
         match error {
+            OpticsError::Parts(argument) => (*argument).into(),
             OpticsError::Resource(_) => Error::resource(message),
             // Who stopped it has an exception of his own, which is raised instead.
             OpticsError::Stopped => Error(PyRuntimeError::new_err(message)),
@@ -84,15 +95,12 @@ impl From<InverseError> for Error {
     }
 }
 
-impl From<ThicknessError> for Error {
-    fn from(error: ThicknessError) -> Error {
-        Error::value(error.to_string())
-    }
-}
-
 impl From<FlowError> for Error {
     fn from(error: FlowError) -> Error {
-        Error::value(error.to_string())
+        match error {
+            FlowError::Parameter(argument) => argument.into(),
+            _ => Error::value(error.to_string()),
+        }
     }
 }
 
@@ -126,6 +134,7 @@ impl From<RenderError> for Error {
         let message = error.to_string();
         match error {
             RenderError::Resource(_) => Error::resource(message),
+            RenderError::Optics(error) => error.into(),
             RenderError::Scene { message, key } => SceneError::new(message).at(key, None).into(),
             // Who stopped it has an exception of his own, which is raised instead.
             RenderError::Cancelled => Error(PyRuntimeError::new_err(message)),
@@ -153,8 +162,27 @@ impl From<FileError> for Error {
                 let message = format!("cannot be written: {source}");
                 Error(PyOSError::new_err((errno, message, path.into_os_string())))
             }
+            FileError::Parts(argument) => argument.into(),
             FileError::Cancelled => Error(PyRuntimeError::new_err(error.to_string())),
             _ => Error::value(error.to_string()),
         }
     }
+}
+
+/// The words of an error with parts, for the checks that Python makes: the same as those of the crates.
+#[pyfunction]
+fn argument_words(argument: String, allowed: String, given: &str, place: &str) -> String {
+    Argument::new(argument, allowed, given).at(place).to_string()
+}
+
+/// What a finite number within bounds is called: `>= 0 and < 90`.
+#[pyfunction]
+fn range_words(low: f64, includes_low: bool, high: f64) -> String {
+    Bounds { low, includes_low, high, ..Bounds::finite("") }.words()
+}
+
+/// Adds these names to `_core`.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(argument_words, module)?)?;
+    module.add_function(wrap_pyfunction!(range_words, module)?)
 }

@@ -29,6 +29,7 @@ mod thickness;
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     load_numpy(module.py())?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    error::register(module)?;
     medium::register(module)?;
     stack::register(module)?;
     derivatives::register(module)?;

@@ -1,6 +1,7 @@
 //! Bindings of the medium stage.
 
 use iridesce::files::read_medium;
+use iridesce::numerics::index_place;
 use iridesce::optics::{Beyond, Complex64, Medium as Inner, OpticsError, medium};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -103,7 +104,7 @@ impl Medium {
         let beyond = if hold { Beyond::Hold } else { Beyond::Refuse };
         let indices = each(py, &wavelength_nm, |flat, nm| {
             // The place is spelt out only for the one wavelength that is refused.
-            self.inner.index(nm, beyond).or_else(|_| self.inner.index_at(nm, beyond, &place(flat, &shape)))
+            self.inner.index(nm, beyond).or_else(|_| self.inner.index_at(nm, beyond, &index_place(flat, &shape)))
         })?;
         Ok(indices.into_pyarray(py))
     }
@@ -144,22 +145,6 @@ fn each<T: Send>(
         Ok::<_, OpticsError>(results)
     })?;
     Ok(found?)
-}
-
-/// `at index (3, 7)`, as Python writes it; nothing for a scalar.
-fn place(flat: usize, shape: &[usize]) -> String {
-    let mut rest = flat;
-    let mut indices: Vec<String> = Vec::with_capacity(shape.len());
-    for &length in shape.iter().rev() {
-        indices.push((rest % length.max(1)).to_string());
-        rest /= length.max(1);
-    }
-    indices.reverse();
-    match indices.len() {
-        0 => String::new(),
-        1 => format!("at index ({},)", indices[0]),
-        _ => format!("at index ({})", indices.join(", ")),
-    }
 }
 
 fn wrap(made: std::result::Result<Inner, OpticsError>) -> Result<Medium> {

@@ -49,7 +49,7 @@ impl<'a> Elements<'a> {
         let thickness_nm = &self.thickness_nm[element * layers..][..layers];
         let wavelength_nm = self.wavelength_nm[element];
         stack::check(indices, thickness_nm, self.coherent, wavelength_nm)
-            .map_err(|error| OpticsError::Argument(format!("{error} (at wavelength_nm = {wavelength_nm})")))?;
+            .map_err(|error| error.at(&format!("(at wavelength_nm = {wavelength_nm})")))?;
         let incidence = Incidence::from_degrees(self.angle_deg[element])?;
         Ok(Element { indices, thickness_nm, wavelength_nm, incidence })
     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use iridesce::files::{MapChoice, read_thickness_map, thickness_exr};
+use iridesce::files::{FileError, MapChoice, read_thickness_map, thickness_exr};
 use iridesce::thickness::{ThicknessError, ThicknessMap as InnerMap, ThicknessModel};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
@@ -36,9 +36,9 @@ impl Thickness {
     #[staticmethod]
     fn wedge(from_point: [f64; 3], to_point: [f64; 3], start_nm: f64, end_nm: f64) -> Result<Thickness> {
         // `from` is a word of Python's own.
-        let renamed = |e: ThicknessError| match e.key {
-            "from" => ThicknessError { key: "from_point", ..e },
-            "to" => ThicknessError { key: "to_point", ..e },
+        let renamed = |e: ThicknessError| match e.argument.as_ref() {
+            "from" => ThicknessError { argument: "from_point".into(), ..e },
+            "to" => ThicknessError { argument: "to_point".into(), ..e },
             _ => e,
         };
         let model = ThicknessModel::wedge(from_point, to_point, start_nm, end_nm).map_err(renamed);
@@ -153,8 +153,8 @@ fn load_thickness_map<'py>(
 ) -> Result<(Bound<'py, PyArray2<f64>>, PyReport)> {
     let choice = MapChoice { channel, page };
     let read = beside(py, Long::default(), |watch| read_thickness_map(&path, min_nm, max_nm, &choice, watch))?;
-    let (map, report) = read.map_err(|e| match e.key {
-        "path" => Error::value(format!("{:?} {}", path.display().to_string(), e.message)),
+    let (map, report) = read.map_err(|e| match e {
+        FileError::Argument(why) => Error::value(format!("{:?} {why}", path.display().to_string())),
         _ => e.into(),
     })?;
     Ok((map_array(py, Arc::unwrap_or_clone(map))?, plain(report)))

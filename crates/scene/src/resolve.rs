@@ -228,9 +228,9 @@ pub fn resolve(scene: &Scene, context: &Context, watch: &Watch) -> Result<Resolv
                     let grid = grid.map_err(|e| at(e, &map_key))?;
                     watch.add(1);
                     let at_end = |e: ThicknessError| {
-                        let end = format!("{key}.{}", e.key);
+                        let end = format!("{key}.{}", e.argument);
                         let line = scene.line_of(&end).or(scene.line_of(&key));
-                        in_file(SceneError::new(format!("{end} {}", e.message)).at(end, line))
+                        in_file(SceneError::new(format!("{end} {}", e.rule())).at(end, line))
                     };
                     ThicknessModel::Map(grid.in_range(*min_nm, *max_nm).map_err(at_end)?)
                 }

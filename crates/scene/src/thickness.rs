@@ -41,7 +41,7 @@ pub fn thickness(
         Ok(Thickness::Law(field))
     };
     if let Some(thickness_nm) = as_number(node) {
-        let model = ThicknessModel::uniform(thickness_nm).map_err(|e| wrong(e.message))?;
+        let model = ThicknessModel::uniform(thickness_nm).map_err(|e| wrong(e.rule()))?;
         return Ok((laid(model)?, Node::number(thickness_nm)));
     }
     if matches!(&node.value, Value::Text(word) if word == "vertex") {
@@ -182,7 +182,7 @@ fn map(table: &Table<'_>, context: &Reading<'_>) -> Result<(Thickness, Node), Sc
 
 /// What the model itself does not allow, at its key.
 fn at_key(table: &Table<'_>, node: &Node, error: ThicknessError) -> SceneError {
-    let path = table.path(error.key);
-    let line = table.get(error.key).and_then(|n| n.line).or(node.line);
-    SceneError::new(format!("{path} {}", error.message)).at(path, line)
+    let path = table.path(&error.argument);
+    let line = table.get(&error.argument).and_then(|n| n.line).or(node.line);
+    SceneError::new(format!("{path} {}", error.rule())).at(path, line)
 }

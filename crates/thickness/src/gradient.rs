@@ -1,5 +1,7 @@
 //! A power law in height: what drains.
 
+use iridesce_numerics::Bounds;
+
 use crate::error::{ThicknessError, check_nm};
 
 /// `bottom + (top - bottom) s^exponent`, s the relative height over the object's own bounding box.
@@ -23,10 +25,7 @@ impl Gradient {
         check_nm("top", top_nm)?;
         check_nm("bottom", bottom_nm)?;
         if !(exponent.is_finite() && exponent > 0.0) {
-            return Err(ThicknessError {
-                key: "exponent",
-                message: format!("must be a finite exponent > 0, got {exponent:?}"),
-            });
+            return Err(Bounds::above("exponent", 0.0).refuse(exponent));
         }
         Ok(Gradient { top_nm, bottom_nm, exponent })
     }
@@ -67,9 +66,9 @@ mod tests {
     #[test]
     fn impossible_gradients_are_refused_by_name() {
         for bad in [f64::NAN, f64::INFINITY, -1.0] {
-            assert_eq!(Gradient::new(bad, 1.0, 1.0).unwrap_err().key, "top");
-            assert_eq!(Gradient::new(1.0, bad, 1.0).unwrap_err().key, "bottom");
-            assert_eq!(Gradient::new(1.0, 1.0, bad).unwrap_err().key, "exponent");
+            assert_eq!(Gradient::new(bad, 1.0, 1.0).unwrap_err().argument, "top");
+            assert_eq!(Gradient::new(1.0, bad, 1.0).unwrap_err().argument, "bottom");
+            assert_eq!(Gradient::new(1.0, 1.0, bad).unwrap_err().argument, "exponent");
         }
         assert!(Gradient::new(1.0, 1.0, 0.0).is_err());
     }

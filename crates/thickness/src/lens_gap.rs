@@ -1,5 +1,7 @@
 //! The gap between a plate and a sphere that rests on it: Newton's rings.
 
+use iridesce_numerics::Bounds;
+
 use crate::error::{ThicknessError, check_nm};
 
 /// Nanometres in a millimetre.
@@ -25,10 +27,7 @@ impl LensGap {
     pub fn new(radius_mm: f64, contact_gap_nm: f64) -> Result<LensGap, ThicknessError> {
         // Its square must neither vanish nor overflow.
         if !(1e-150..=1e150).contains(&radius_mm) {
-            return Err(ThicknessError {
-                key: "radius_mm",
-                message: format!("must be a finite radius in mm, > 0, got {radius_mm:?}"),
-            });
+            return Err(Bounds::above("radius_mm", 0.0).in_unit("mm").refuse(radius_mm));
         }
         check_nm("contact_gap_nm", contact_gap_nm)?;
         Ok(LensGap { radius_mm, contact_gap_nm })
@@ -97,10 +96,10 @@ mod tests {
     #[test]
     fn impossible_gaps_are_refused_by_name() {
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e200] {
-            assert_eq!(LensGap::new(bad, 0.0).unwrap_err().key, "radius_mm");
+            assert_eq!(LensGap::new(bad, 0.0).unwrap_err().argument, "radius_mm");
         }
         for bad in [-1.0, f64::NAN, f64::INFINITY] {
-            assert_eq!(LensGap::new(1.0, bad).unwrap_err().key, "contact_gap_nm");
+            assert_eq!(LensGap::new(1.0, bad).unwrap_err().argument, "contact_gap_nm");
         }
     }
 }

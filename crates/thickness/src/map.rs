@@ -19,14 +19,11 @@ impl ThicknessMap {
     pub fn new(width: usize, height: usize, thickness_nm: Vec<f64>) -> Result<ThicknessMap, ThicknessError> {
         check_size(width, height)?;
         if thickness_nm.len() != width * height {
-            let message = format!("must hold {width} x {height} values, got {}", thickness_nm.len());
-            return Err(ThicknessError { key: "thickness_nm", message });
+            let allowed = format!("{width} x {height} values");
+            return Err(ThicknessError::new("thickness_nm", allowed, thickness_nm.len()));
         }
         for (i, &value) in thickness_nm.iter().enumerate() {
-            check_nm("thickness_nm", value).map_err(|e| ThicknessError {
-                message: format!("{} at row {}, column {}", e.message, i / width, i % width),
-                ..e
-            })?;
+            check_nm("thickness_nm", value).map_err(|e| e.at(format!("at row {}, column {}", i / width, i % width)))?;
         }
         Ok(ThicknessMap { width, height, thickness_nm })
     }
@@ -116,15 +113,15 @@ fn mix(a: f64, b: f64, share: f64) -> f64 {
 fn check_size(width: usize, height: usize) -> Result<(), ThicknessError> {
     for (key, value) in [("width", width), ("height", height)] {
         if value == 0 {
-            return Err(ThicknessError { key, message: "must be at least 1 cell, got 0".into() });
+            return Err(ThicknessError::new(key, "at least 1 cell", 0));
         }
     }
     match width.checked_mul(height) {
         Some(cells) if cells <= MAX_CELLS => Ok(()),
-        _ => Err(ThicknessError {
-            key: "width",
-            message: format!("x height must be at most {MAX_CELLS} cells, got {width} x {height}"),
-        }),
+        _ => {
+            let allowed = format!("such that width x height is at most {MAX_CELLS} cells");
+            Err(ThicknessError::new("width", allowed, format!("{width} x {height}")))
+        }
     }
 }
 
@@ -138,10 +135,8 @@ fn sampled(
     check_size(width, height)?;
     let [left, right, bottom, top] = extent;
     if !extent.iter().all(|x| x.is_finite()) || left == right || bottom == top {
-        return Err(ThicknessError {
-            key: "extent",
-            message: format!("must be four finite numbers, left, right, bottom and top, with an area, got {extent:?}"),
-        });
+        let allowed = "four finite numbers, left, right, bottom and top, with an area";
+        return Err(ThicknessError::new("extent", allowed, format!("{extent:?}")));
     }
     let mut thickness_nm = Vec::with_capacity(width * height);
     for row in 0..height {
@@ -158,17 +153,19 @@ impl ThicknessModel {
     /// one, `[left, right, bottom, top]`: for a wedge in x and y of the scene, at z = 0; for a gap in mm from the point
     /// where it is narrowest.
     pub fn map(&self, width: usize, height: usize, extent: Option<[f64; 4]>) -> Result<ThicknessMap, ThicknessError> {
-        let wrong = |message: &str| Err(ThicknessError { key: "extent", message: message.to_owned() });
+        let wrong = |allowed: &'static str| Err(ThicknessError::new("extent", allowed, format!("{extent:?}")));
         let extent = match (self, extent) {
             (ThicknessModel::Wedge(_) | ThicknessModel::LensGap(_), Some(extent)) => extent,
             (ThicknessModel::Wedge(_), None) => {
-                return wrong("must say which part of the scene, left, right, bottom and top in x and y");
+                return wrong("the part of the scene to show, left, right, bottom and top in x and y");
             }
             (ThicknessModel::LensGap(_), None) => {
-                return wrong("must say which part of the gap, left, right, bottom and top in mm from its middle");
+                return wrong("the part of the gap to show, left, right, bottom and top in mm from its middle");
             }
             (_, None) => [0.0, 1.0, 0.0, 1.0],
-            (_, Some(_)) => return wrong("is for a wedge or a lens's gap; this model spans the whole object"),
+            (_, Some(_)) => {
+                return wrong("left out: it is for a wedge or a lens's gap; this model spans the whole object");
+            }
         };
         sampled(width, height, extent, |x, y| match self {
             ThicknessModel::Uniform { thickness_nm } => *thickness_nm,
@@ -271,25 +268,25 @@ mod tests {
         let grid = ThicknessModel::Map(Arc::new(ThicknessMap::new(2, 1, vec![0.0, 100.0]).unwrap()));
         assert_eq!(grid.map(4, 1, None).unwrap().thickness_nm(), [0.0, 25.0, 75.0, 100.0]);
         for model in [&wedge, &ThicknessModel::LensGap(gap)] {
-            assert_eq!(model.map(2, 2, None).unwrap_err().key, "extent");
+            assert_eq!(model.map(2, 2, None).unwrap_err().argument, "extent");
             for bad in [[0.0, 0.0, 0.0, 1.0], [0.0, 1.0, 2.0, 2.0], [0.0, f64::NAN, 0.0, 1.0]] {
-                assert_eq!(model.map(2, 2, Some(bad)).unwrap_err().key, "extent");
+                assert_eq!(model.map(2, 2, Some(bad)).unwrap_err().argument, "extent");
             }
         }
         for model in [&grid, &ThicknessModel::uniform(1.0).unwrap()] {
-            assert_eq!(model.map(2, 2, Some([0.0, 1.0, 0.0, 1.0])).unwrap_err().key, "extent");
+            assert_eq!(model.map(2, 2, Some([0.0, 1.0, 0.0, 1.0])).unwrap_err().argument, "extent");
         }
     }
 
     #[test]
     fn impossible_grids_are_refused() {
         let key = |width, height, values: &[f64]| ThicknessMap::new(width, height, values.to_vec()).unwrap_err();
-        assert_eq!(key(0, 2, &[]).key, "width");
-        assert_eq!(key(2, 0, &[]).key, "height");
-        assert_eq!(key(usize::MAX, 2, &[]).key, "width");
-        assert!(key(2, 2, &[1.0; 3]).message.contains("2 x 2 values, got 3"));
+        assert_eq!(key(0, 2, &[]).argument, "width");
+        assert_eq!(key(2, 0, &[]).argument, "height");
+        assert_eq!(key(usize::MAX, 2, &[]).argument, "width");
+        assert!(key(2, 2, &[1.0; 3]).to_string().contains("2 x 2 values, got 3"));
         for bad in [f64::NAN, f64::INFINITY, -1.0] {
-            assert!(key(2, 2, &[1.0, 1.0, 1.0, bad]).message.contains("at row 1, column 1"));
+            assert_eq!(key(2, 2, &[1.0, 1.0, 1.0, bad]).place, "at row 1, column 1");
         }
         assert!(ThicknessModel::uniform(1.0).unwrap().map(1 << 20, 1 << 20, None).is_err());
     }

@@ -71,7 +71,7 @@ mod tests {
     #[test]
     fn impossible_films_are_refused_by_name() {
         for bad in [f64::NAN, f64::INFINITY, -1.0] {
-            assert_eq!(ThicknessModel::uniform(bad).unwrap_err().key, "thickness_nm");
+            assert_eq!(ThicknessModel::uniform(bad).unwrap_err().argument, "thickness_nm");
         }
     }
 }

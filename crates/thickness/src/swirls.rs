@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn impossible_ranges_are_refused() {
-        assert_eq!(swirls(-1.0, 2.0, 0).unwrap_err().key, "min_nm");
-        assert_eq!(swirls(1.0, f64::NAN, 0).unwrap_err().key, "max_nm");
+        assert_eq!(swirls(-1.0, 2.0, 0).unwrap_err().argument, "min_nm");
+        assert_eq!(swirls(1.0, f64::NAN, 0).unwrap_err().argument, "max_nm");
     }
 }

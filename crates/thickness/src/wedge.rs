@@ -25,7 +25,7 @@ impl Wedge {
     pub fn new(from: [f64; 3], to: [f64; 3], start_nm: f64, end_nm: f64) -> Result<Wedge, ThicknessError> {
         for (key, point) in [("from", from), ("to", to)] {
             if !point.iter().all(|x| x.is_finite()) {
-                return Err(ThicknessError { key, message: format!("must be three finite numbers, got {point:?}") });
+                return Err(ThicknessError::new(key, "three finite numbers", format!("{point:?}")));
             }
         }
         check_nm("start_nm", start_nm)?;
@@ -35,10 +35,11 @@ impl Wedge {
         let slope = way.map(|x| x / square);
         // Also where the square of the distance underflows or overflows.
         if !(square > 0.0 && slope.iter().all(|x| x.is_finite()) && slope.iter().any(|x| *x != 0.0)) {
-            return Err(ThicknessError {
-                key: "to",
-                message: format!("must be a point away from the other end {from:?}, got {to:?}"),
-            });
+            return Err(ThicknessError::new(
+                "to",
+                format!("a point away from the other end {from:?}"),
+                format!("{to:?}"),
+            ));
         }
         Ok(Wedge { from, to, start_nm, end_nm, slope })
     }
@@ -88,7 +89,7 @@ mod tests {
 
     #[test]
     fn impossible_wedges_are_refused_by_name() {
-        let key = |from, to, start, end| Wedge::new(from, to, start, end).unwrap_err().key;
+        let key = |from, to, start, end| Wedge::new(from, to, start, end).unwrap_err().argument;
         let (a, b) = ([0.0; 3], [1.0, 0.0, 0.0]);
         assert_eq!(key(b, b, 1.0, 2.0), "to");
         assert_eq!(key(a, [1e-170, 0.0, 0.0], 1.0, 2.0), "to", "its square underflows");

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from iridesce.arguments.refusals import Words, refusal, short
 from iridesce.arguments.scalars import allowed_range
 from iridesce.errors import ResourceError
 
@@ -54,19 +55,18 @@ def real_operand(
     name: str, value: object, *, low: float = -math.inf, high: float = math.inf, includes_low: bool = True
 ) -> Operand:
     """A real, finite argument within [low, high) (or (low, high)), copied; ``ValueError`` tells what is wrong where."""
-    allowed = allowed_range(low, high, includes_low)
     if isinstance(value, np.ma.MaskedArray):
         raise ValueError(f"{name} must not be a masked array: fill or drop the masked entries")
     try:
         array = np.asarray(value)
     except (ValueError, TypeError, OverflowError) as error:
-        raise ValueError(f"{name} must be a number or an array of numbers, got {_short(value)}: {error}") from None
+        raise refusal(name, "a number or an array of numbers", value, f"({error})") from None
     if array.dtype.kind not in "iuf":
-        raise ValueError(f"{name} must be real numbers, got {_short(value)} of type {array.dtype}")
+        raise refusal(name, "real numbers", Words(f"{short(value)} of type {array.dtype}"))
     if array.size == 0:
         raise ValueError(f"{name} must not be empty, got shape {array.shape}")
     if array.ndim > _MOST_AXES:
-        raise ValueError(f"{name} must be an array of at most {_MOST_AXES} axes, got {array.ndim} axes")
+        raise refusal(name, f"an array of at most {_MOST_AXES} axes", Words(f"{array.ndim} axes"))
     shape = array.shape
     # A broadcast view (stride 0) repeats itself: one entry of it is enough, and its full size may fit nowhere.
     cut = tuple(slice(0, 1) if step == 0 else slice(None) for step in array.strides)
@@ -75,7 +75,7 @@ def real_operand(
     good = np.isfinite(values) & (values >= low if includes_low else values > low) & (values < high)
     if not good.all():
         wrong = np.unravel_index(int(np.argmin(good)), values.shape)
-        raise ValueError(f"{name} must be {allowed}, got {array[wrong].item()}{place(wrong)}")
+        raise refusal(name, allowed_range(low, high, includes_low), array[wrong].item(), place(wrong))
     values.flags.writeable = False
     return Operand(name, values, shape)
 
@@ -88,11 +88,6 @@ def reals(name: str, value: object) -> Floats:
 def scalar(array: Any) -> Any:
     """A float for an array of no axes; other arrays as they are."""
     return float(array) if array.ndim == 0 else array
-
-
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def broadcast_shape(operands: Sequence[Operand]) -> tuple[int, ...]:
@@ -146,9 +141,9 @@ def available_bytes() -> float:
 def checked_out(out: object, shape: tuple[int, ...]) -> Floats:
     """``out`` as the core can write it: a writable float64 array in C order, of the result's shape."""
     if not isinstance(out, np.ndarray):
-        raise ValueError(f"out must be a numpy array, got {type(out).__name__}")
+        raise refusal("out", "a numpy array", Words(type(out).__name__))
     if out.dtype != np.float64 or not out.dtype.isnative:
-        raise ValueError(f"out must be of type float64, got {out.dtype}")
+        raise refusal("out", "of type float64", Words(f"{out.dtype}"))
     if out.shape != shape:
         raise ValueError(f"out must have the shape of the result, {shape}, got {out.shape}")
     if not out.flags.c_contiguous or not out.flags.aligned:

@@ -11,13 +11,15 @@ import os
 from collections.abc import Sequence
 from typing import Any
 
+from iridesce.arguments.refusals import refusal
+
 MOST_THREADS = 1024
 
 
 def text(name: str, value: object) -> str:
     """A string as it is."""
     if not isinstance(value, str):
-        raise ValueError(f"{name} must be a string, got {value!r}")
+        raise refusal(name, "a string", value)
     return value
 
 
@@ -31,7 +33,7 @@ def one_of(name: str, value: object, allowed: Sequence[str]) -> str:
     if isinstance(value, str) and value in allowed:
         return value
     quoted = [f'"{word}"' for word in allowed]
-    raise ValueError(f"{name} must be {', '.join(quoted[:-1])} or {quoted[-1]}, got {value!r}")
+    raise refusal(name, f"{', '.join(quoted[:-1])} or {quoted[-1]}", value)
 
 
 def number(
@@ -44,10 +46,10 @@ def number(
             raise TypeError
         found = float(value)
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{name} must be a number, got {value!r:.60}") from None
+        raise refusal(name, "a number", value) from None
     bounded = low > -math.inf or high < math.inf
     if bounded and not (math.isfinite(found) and (found >= low if includes_low else found > low) and found < high):
-        raise ValueError(f"{name} must be {allowed_range(low, high, includes_low)}, got {found!r}")
+        raise refusal(name, allowed_range(low, high, includes_low), found)
     return found
 
 
@@ -58,8 +60,7 @@ def whole(name: str, value: object, least: int, most: int, *, optional: bool = F
     except TypeError:
         found = None
     if found is None or not least <= found <= most:
-        or_none = ", or None" if optional else ""
-        raise ValueError(f"{name} must be a whole number from {least} to {most}{or_none}, got {value!r:.60}")
+        raise refusal(name, f"a whole number from {least} to {most}{', or None' if optional else ''}", value)
     return found
 
 
@@ -77,12 +78,12 @@ def file_name(path: object, endings: Sequence[str] = ()) -> str:
     """A path as a text with one of the endings, if any are asked for."""
     ending = f" ending in {' or '.join(endings)}" if endings else ""
     if not isinstance(path, str | os.PathLike):
-        raise ValueError(f"path must be a file name{ending}, got {path!r:.60}")
+        raise refusal("path", f"a file name{ending}", path)
     name = os.fsdecode(os.fspath(path))
     if endings and os.path.splitext(name)[1].lower() not in endings:
         raise ValueError(f"path must end in {' or '.join(endings)}, got {name!r:.200}")
     if not name or "\0" in name:
-        raise ValueError(f"path must be a file name without a zero byte, got {name!r:.200}")
+        raise refusal("path", "a file name without a zero byte", name)
     return name
 
 
@@ -93,8 +94,6 @@ def is_bool(value: object) -> bool:
 
 def allowed_range(low: float, high: float, includes_low: bool) -> str:
     """``>= 0 and < 90``, ``> 0 and finite``."""
-    parts = []
-    if low > -math.inf:
-        parts.append(f"{'>=' if includes_low else '>'} {low:g}")
-    parts.append(f"< {high:g}" if high < math.inf else "finite")
-    return " and ".join(parts)
+    from iridesce import _core  # late: the command line checks words before there is anything to compute
+
+    return _core.range_words(low, includes_low, high)

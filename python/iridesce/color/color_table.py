@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from iridesce import _core
 from iridesce._progress import Tell, Told, check_progress, watched
 from iridesce.arguments.operands import Floats, Operand, broadcast_shape, checked_out, new_array, place, real_operand
+from iridesce.arguments.refusals import refusal
 from iridesce.arguments.scalars import checked_threads, file_name, one_of
 from iridesce.color.light import Illuminant
 from iridesce.color.light import illuminant as named_illuminant
@@ -92,7 +93,7 @@ class ColorTable:
         progress: Told = None,
     ) -> None:
         if not isinstance(stack, Multilayer):
-            raise ValueError(f"stack must be an iridesce.Stack, got {stack!r}")
+            raise refusal("stack", "an iridesce.Stack", stack)
         varying = _varying_layer(stack, layer)
         range_nm = _range_nm(stack, varying, thickness_nm)
         range_deg = _extent(real_operand("angle_deg", angle_deg, low=0.0, high=90.0))
@@ -290,9 +291,7 @@ class ColorTable:
             if (width, height) != tuple(size) or min(width, height) < 1 or width * height > _MOST_PIXELS:
                 raise ValueError
         except (TypeError, ValueError):
-            raise ValueError(
-                f"size must be (width, height), each >= 1, {_MOST_PIXELS} pixels at most, got {size!r}"
-            ) from None
+            raise refusal("size", f"(width, height), each >= 1, {_MOST_PIXELS} pixels at most", size) from None
         thickness = np.linspace(*self.thickness_nm, width)
         xyz = self.color(
             thickness, np.linspace(*self.angle_deg, height)[:, None], illuminant=illuminant, quantity=quantity
@@ -426,7 +425,7 @@ class ColorTable:
         light = self.illuminants[0] if illuminant is None else _light_name(illuminant, self.illuminants)
         what = self.quantities[0] if quantity is None else quantity
         if what not in self.quantities:
-            raise ValueError(f"quantity must be one of the table's, {', '.join(self.quantities)}, got {quantity!r}")
+            raise refusal("quantity", f"one of the table's, {', '.join(self.quantities)}", quantity)
         return self._parts[light, what]
 
 
@@ -460,7 +459,7 @@ def _varying_layer(stack: Multilayer, layer: object) -> int:
             )
         return many[0] if many else 0
     if isinstance(layer, bool) or not isinstance(layer, int | np.integer) or not 0 <= layer < count:
-        raise ValueError(f"layer must be a whole number from 0 to {count - 1}, got {layer!r}")
+        raise refusal("layer", f"a whole number from 0 to {count - 1}", layer)
     others = [number for number in many if number != layer]
     if others:
         raise ValueError(f"all layers but the varying one must have one thickness; layer {others[0]} has an array")
@@ -498,14 +497,14 @@ def _within(name: str, value: ArrayLike, allowed: tuple[float, float]) -> Floats
     values: Floats = value if plain else real_operand(name, value).full()  # type: ignore[assignment]
     if not (values.min() >= low and values.max() <= high):  # so written that a NaN fails
         index = np.unravel_index(int(np.argmin((values >= low) & (values <= high))), values.shape)
-        raise ValueError(f"{name} must be within the table's {low:g} to {high:g}, got {values[index]}{place(index)}")
+        raise refusal(name, f"within the table's {low:g} to {high:g}", float(values[index]), place(index))
     return values
 
 
 def _light_name(illuminant: Light, names: tuple[str, ...]) -> str:
     name = illuminant if isinstance(illuminant, str) and illuminant in names else named_illuminant(illuminant).name
     if name not in names:
-        raise ValueError(f"illuminant must be one of the table's, {', '.join(names)}, got {illuminant!r}")
+        raise refusal("illuminant", f"one of the table's, {', '.join(names)}", illuminant)
     return name
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats, broadcast_shape, new_array, real_operand, reals
+from iridesce.arguments.refusals import refusal
 from iridesce.arguments.scalars import optional_text, text
 from iridesce.color.light import Illuminant, as_illuminant
 from iridesce.optics.multilayer import Multilayer
@@ -171,7 +172,7 @@ def _parts(stack: Multilayer) -> tuple[list[Any], list[Any]]:
     try:
         return [stack.first, *(layer.medium for layer in stack.layers), stack.last], list(stack.layers)
     except AttributeError:
-        raise ValueError(f"stack must be an iridesce.Stack, got {stack!r}") from None
+        raise refusal("stack", "an iridesce.Stack", stack) from None
 
 
 def _points(angle_deg: ArrayLike, layers: list[Any]) -> tuple[tuple[int, ...], Floats, Floats]:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from iridesce import _core
 from iridesce._notebook import swatch
 from iridesce.arguments.operands import Floats, reals, scalar
+from iridesce.arguments.refusals import refusal
 from iridesce.arguments.scalars import text
 from iridesce.color.screen import chromatic
 from iridesce.files.report import ReadReport, of_core
@@ -171,7 +172,7 @@ def illuminant(name: str | os.PathLike[str] | Illuminant) -> Illuminant:
     if isinstance(name, Illuminant):
         return name
     if not isinstance(name, (str, os.PathLike)):
-        raise ValueError(f"illuminant must be a name, a path or an Illuminant, got {name!r}")
+        raise refusal("illuminant", "a name, a path or an Illuminant", name)
     named = os.fspath(name)
     if isinstance(name, str):
         try:

@@ -8,6 +8,7 @@ import numpy as np
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import refusal
 
 _MAX_STOPS = 64.0
 # XYZ of the white of sRGB; only Lab and LCh would ask for it.
@@ -31,7 +32,7 @@ def gains(xyz: Floats, exposure: float | str) -> Floats:
         stops = math.nan
     if not -_MAX_STOPS <= stops <= _MAX_STOPS:
         allowed = f'"auto", "common" or stops from {-_MAX_STOPS:g} to {_MAX_STOPS:g}'
-        raise ValueError(f"exposure must be {allowed}, got {exposure!r:.60}")
+        raise refusal("exposure", f"{allowed}", exposure)
     return np.full(shape, 2.0**stops)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats, Operand, broadcast_shape, place, reals, scalar
+from iridesce.arguments.refusals import refusal
 from iridesce.arguments.scalars import optional_text, text
 from iridesce.color.light import Illuminant, as_illuminant
 
@@ -197,4 +198,4 @@ def _white(white: str | ArrayLike | Illuminant) -> list[float]:
         return [x / y, 1.0, (1.0 - x - y) / y]
     if array.shape == (3,) and array.min() > 0.0:
         return [float(v / array[1]) for v in array]
-    raise ValueError(f"white must be a name, an Illuminant, (x, y) or (X, Y, Z), all > 0, got {white!r}")
+    raise refusal("white", "a name, an Illuminant, (x, y) or (X, Y, Z), all > 0", white)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import refusal
 from iridesce.files.report import ReadReport, of_core
 from iridesce.files.whole import read_whole
 
@@ -79,11 +80,11 @@ def read_spectrum(
     label = os.fspath(path)
     label = label if isinstance(label, str) else os.fsdecode(label)
     if quantity not in _QUANTITIES:
-        raise ValueError(f"quantity must be one of {', '.join(map(repr, _QUANTITIES))}, got {quantity!r:.60}")
+        raise refusal("quantity", f"one of {', '.join(map(repr, _QUANTITIES))}", quantity)
     places = (_place("column", column), _place("wavelength_column", wavelength_column))
     for name, value in (("unit", unit), ("unit_y", unit_y)):
         if not (value is None or isinstance(value, str)):
-            raise ValueError(f"{name} must be a string or None, got {value!r:.60}")
+            raise refusal(name, "a string or None", value)
     content = read_whole(label, _core.MAX_SPECTRUM_BYTES, "no spectrum is")
     try:
         nm, values, name, plain = _core.read_spectrum(content, *places, unit, unit_y, quantity, range_nm)
@@ -98,4 +99,4 @@ def _place(argument: str, value: object) -> str | None:
         return value
     if isinstance(value, int) and not isinstance(value, bool):
         return str(value)
-    raise ValueError(f"{argument} must be None, a name or a number, got {value!r:.60}")
+    raise refusal(argument, "None, a name or a number", value)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce.arguments.operands import real_operand
+from iridesce.arguments.refusals import refusal
 from iridesce.optics.medium import Medium, as_medium
 
 
@@ -42,7 +43,7 @@ def between(first: Any, second: Any, profile: Any, rule: str) -> Callable[[float
     """The medium at a depth: a mixture of two whose share of the second follows the profile."""
     ends = Medium(first), Medium(second)
     if profile is not None and not callable(profile):
-        raise ValueError(f"profile must be None or a function of the depth (0 to 1), got {profile!r:.60}")
+        raise refusal("profile", "None or a function of the depth (0 to 1)", profile)
 
     def at(depth: float) -> Any:
         share = depth if profile is None else float(profile(depth))

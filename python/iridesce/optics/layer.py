@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import Operand, real_operand
+from iridesce.arguments.refusals import refusal
 from iridesce.optics.evaluation import medium_repr
 from iridesce.optics.graded import between, of_index, slices
 from iridesce.optics.medium import Medium, MediumLike, as_medium
@@ -49,7 +50,7 @@ class Layer(Fixed):
 
     def __init__(self, medium: MediumLike, thickness_nm: npt.ArrayLike, coherent: bool = True) -> None:
         if not isinstance(coherent, bool | np.bool_):
-            raise ValueError(f"coherent must be True or False, got {coherent!r}")
+            raise refusal("coherent", "True or False", coherent)
         object.__setattr__(self, "medium", as_medium(medium))
         object.__setattr__(self, "_thickness", real_operand("thickness_nm", thickness_nm, low=0.0))
         object.__setattr__(self, "coherent", bool(coherent))

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce._notebook import facts_html
+from iridesce.arguments.refusals import Words, refusal
 from iridesce.files.report import ReadReport, of_core
 from iridesce.files.whole import read_whole
 
@@ -154,7 +155,7 @@ class Medium:
         share = _share("fraction", fraction)
         volumes = (1.0 - share, share)
         if not isinstance(rule, str):
-            raise ValueError(f"rule must be a string, got {_shown(rule)}")
+            raise refusal("rule", "a string", Words(_shown(rule)))
         if weight_density is not None:
             volumes = _volumes(share, weight_density, rule)
         medium = cls.__new__(cls)
@@ -223,7 +224,7 @@ class Medium:
         (0.24+14.08j)
         """
         if extrapolate not in (None, "hold"):
-            raise ValueError(f'extrapolate must be None or "hold", got {extrapolate!r}')
+            raise refusal("extrapolate", 'None or "hold"', extrapolate)
         wavelengths = _real_array(wavelength_nm, "wavelength_nm")
         flat = self._core.index(wavelengths.ravel(), extrapolate == "hold", wavelengths.shape)
         indices: npt.NDArray[np.complex128] = flat.reshape(wavelengths.shape)
@@ -386,9 +387,9 @@ def _share(name: str, value: object) -> float:
     try:
         number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise ValueError(f"{name} must be a number from 0 to 1, got {_shown(value)}") from None
+        raise refusal(name, "a number from 0 to 1", Words(_shown(value))) from None
     if isinstance(value, bool | str) or not 0.0 <= number <= 1.0:
-        raise ValueError(f"{name} must be a number from 0 to 1, got {_shown(value)}")
+        raise refusal(name, "a number from 0 to 1", Words(_shown(value)))
     return number
 
 
@@ -423,7 +424,7 @@ def _real_array(values: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
     except ValueError:
         raise ValueError(f"{name} must be numbers in an array or a scalar, got rows of different lengths") from None
     if array.dtype.kind not in "fiu" and array.size != 0:
-        raise ValueError(f"{name} must be real numbers, got {_shown(values)}")
+        raise refusal(name, "real numbers", Words(_shown(values)))
     # `order="C"` keeps a 0-d array 0-d, which `ascontiguousarray` would not.
     return np.asarray(array, dtype=np.float64, order="C")
 
@@ -431,7 +432,7 @@ def _real_array(values: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
 def _read(path: str | os.PathLike[str]) -> tuple[str, bytes]:
     """Name and bytes of a file; every way in which it cannot be read is a `ValueError` naming it."""
     if not isinstance(path, str | os.PathLike):
-        raise ValueError(f"path must be a path, got {_shown(path)}")
+        raise refusal("path", "a path", Words(_shown(path)))
     label = os.fspath(path)
     if not isinstance(label, str):
         label = os.fsdecode(label)

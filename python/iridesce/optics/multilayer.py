@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats, Operand, broadcast_shape, checked_out, new_array, real_operand
+from iridesce.arguments.refusals import refusal
 from iridesce.arguments.scalars import one_of
 from iridesce.optics.evaluation import check_ends, evaluate, index_at, medium_repr
 from iridesce.optics.layer import Fixed, Layer
@@ -58,9 +59,9 @@ class Multilayer(Fixed):
         for position, item in enumerate(listed):
             is_end = position in (0, len(listed) - 1)
             if is_end and isinstance(item, Layer):
-                raise ValueError(f"item {position} of a Stack must be a medium without thickness, got {item!r}")
+                raise refusal(f"item {position} of a Stack", "a medium without thickness", item)
             if not is_end and not isinstance(item, Layer):
-                raise ValueError(f"item {position} of a Stack must be a Layer(medium, thickness_nm=...), got {item!r}")
+                raise refusal(f"item {position} of a Stack", "a Layer(medium, thickness_nm=...)", item)
         object.__setattr__(self, "first", as_medium(listed[0]))
         object.__setattr__(self, "layers", tuple(listed[1:-1]))
         object.__setattr__(self, "last", as_medium(listed[-1]))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iridesce.arguments.operands import Floats, real_operand
+from iridesce.arguments.refusals import Words, refusal
 from iridesce.optics.medium import Medium
 from iridesce.optics.stack_text import parse_items
 from iridesce.plot._style import number
@@ -68,7 +69,7 @@ def family(stack: StackLike, layer: int | str | None = None) -> Family:
     if isinstance(stack, str):
         return _from_text(stack, layer)
     if not isinstance(stack, Stack):
-        raise ValueError(f"stack must be an iridesce.Stack or its text, got {stack!r:.80}")
+        raise refusal("stack", "an iridesce.Stack or its text", stack)
     return Family(stack, _growing(stack, layer, None))
 
 
@@ -112,7 +113,7 @@ def _growing(stack: Stack, layer: int | str | None, missing: int | None) -> int:
             raise ValueError(f"layer must name one of the layers {names}; {problem} of {layer!r}")
         return named[0]
     if isinstance(layer, bool) or not isinstance(layer, int | np.integer) or not 1 <= layer <= len(layers):
-        raise ValueError(f"layer must be 1 to {len(layers)} or the name of a medium, got {layer!r}")
+        raise refusal("layer", f"1 to {len(layers)} or the name of a medium", layer)
     return int(layer) - 1
 
 
@@ -144,7 +145,7 @@ def listed(stacks: Stacks) -> list[tuple[str | None, StackLike]]:
     elif isinstance(stacks, Sequence):
         entries = [(None, stack) for stack in stacks]
     else:
-        raise ValueError(f"stack must be a Stack, its text, or a list or dict of them, got {stacks!r:.80}")
+        raise refusal("stack", "a Stack, its text, or a list or dict of them", stacks)
     if not entries:
         raise ValueError("stack must not be an empty list")
     return entries
@@ -158,12 +159,12 @@ def samples(
         value = default if own is None else own
     given = real_operand(name, value, low=0.0).full()
     if given.ndim != 1 or given.size < 2:
-        raise ValueError(f"{name} must be two numbers, the ends of a range, or an ascending array, got {value!r:.80}")
+        raise refusal(name, "two numbers, the ends of a range, or an ascending array", value)
     if not (np.diff(given) > 0.0).all():
         raise ValueError(f"{name} must ascend, got {value!r:.80}")
     if given[-1] > THICKEST_NM:
-        raise ValueError(
-            f"{name} must be at most {THICKEST_NM:g} nm in a chart (such films have no colour left), got {given[-1]:g}"
+        raise refusal(
+            name, f"at most {THICKEST_NM:g} nm in a chart (such films have no colour left)", Words(f"{given[-1]:g}")
         )
     if given.size > 2:
         return given.copy()
@@ -197,7 +198,7 @@ def words(name: str, value: str | Sequence[str], allowed: tuple[str, ...], may_b
     chosen = [value] if isinstance(value, str) else list(value) if isinstance(value, Sequence) else [value]
     for word in chosen:
         if not isinstance(word, str) or word not in allowed:
-            raise ValueError(f"{name} must be one or more of {', '.join(map(repr, allowed))}, got {value!r:.80}")
+            raise refusal(name, f"one or more of {', '.join(map(repr, allowed))}", value)
     if not chosen and not may_be_none:
         raise ValueError(f"{name} must be one or more of {', '.join(map(repr, allowed))}, got none")
     if len(set(chosen)) != len(chosen):

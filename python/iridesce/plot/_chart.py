@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from iridesce import color
 from iridesce.arguments.operands import real_operand
+from iridesce.arguments.refusals import refusal
 from iridesce.color.screen import gains, gains_in_words, screen
 from iridesce.plot._arguments import StackLike, even, family, samples
 from iridesce.plot._style import begin, circumstances, heading, shortened
@@ -56,7 +57,7 @@ def chart(
     across = even("thickness_nm", samples("thickness_nm", thickness_nm, film.own_thicknesses(), (0.0, 2000.0), 2.5))
     up = real_operand("angle_deg", angle_deg, low=0.0, high=90.0).full()
     if up.ndim != 1 or up.size < 2 or not (np.diff(up) > 0.0).all():
-        raise ValueError(f"angle_deg must be two ascending numbers or an ascending array, got {angle_deg!r:.80}")
+        raise refusal("angle_deg", "two ascending numbers or an ascending array", angle_deg)
     up = even("angle_deg", up if up.size > 2 else np.linspace(up[0], up[1], 171))
     light = color.illuminant(illuminant)
     options = {"polarization": polarization, "observer": observer, "quantity": quantity, "model": model}

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from iridesce import color
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import refusal
 from iridesce.plot import _diagram
 from iridesce.plot._arguments import StackLike, family, one_angle, samples, words
 from iridesce.plot._style import SMALL, Theme, begin, circumstances, heading, number, shortened
@@ -136,7 +137,7 @@ def _tick_step(tick_nm: float | None, thickness: Floats) -> float:
         power = 10.0 ** np.floor(np.log10(wanted))
         return float(next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= wanted))
     if isinstance(tick_nm, bool) or not isinstance(tick_nm, int | float | np.number) or not tick_nm > 0.0:
-        raise ValueError(f"tick_nm must be > 0, in nm, or None, got {tick_nm!r}")
+        raise refusal("tick_nm", "> 0, in nm, or None", tick_nm)
     if span / tick_nm > 1000.0:
         raise ValueError(f"tick_nm={tick_nm:g} asks for more than 1000 dots")
     return float(tick_nm)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats, real_operand
+from iridesce.arguments.refusals import refusal
 from iridesce.optics.medium import Medium, MediumLike
 from iridesce.plot._style import SMALL, Theme, begin, heading
 
@@ -93,7 +94,7 @@ def _wavelengths(medium: Medium, value: ArrayLike | None) -> Floats:
         return np.linspace(low, high, 701)
     given = real_operand("wavelength_nm", value, low=0.0, includes_low=False).full()
     if given.ndim != 1 or given.size < 2 or not (np.diff(given) > 0.0).all():
-        raise ValueError(f"wavelength_nm must be two ascending numbers or an ascending array, got {value!r:.80}")
+        raise refusal("wavelength_nm", "two ascending numbers or an ascending array", value)
     return given.copy() if given.size > 2 else np.linspace(given[0], given[1], 701)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iridesce.arguments.operands import Floats, real_operand
+from iridesce.arguments.refusals import refusal
 from iridesce.color.screen import monochromatic
 from iridesce.optics.stack_text import parse_items
 from iridesce.plot._arguments import StackLike, Stacks, angles, listed, stack_name, words
@@ -115,7 +116,7 @@ def spectrum(
 def _wavelengths(value: ArrayLike) -> Floats:
     given = real_operand("wavelength_nm", value, low=0.0, includes_low=False).full()
     if given.ndim != 1 or given.size < 2 or not (np.diff(given) > 0.0).all():
-        raise ValueError(f"wavelength_nm must be two ascending numbers or an ascending array, got {value!r:.80}")
+        raise refusal("wavelength_nm", "two ascending numbers or an ascending array", value)
     if given.size > 2:
         return given.copy()
     # Half a nanometre shows the fringes of 50 um of soap; a wider range is drawn with as many points.
@@ -135,7 +136,7 @@ def _stack(stack: StackLike) -> Stack:
         parse_items(stack)  # its error tells what a text looks like
         stack = Stack.parse(stack)
     if not isinstance(stack, Stack):
-        raise ValueError(f"stack must be an iridesce.Stack or its text, got {stack!r:.80}")
+        raise refusal("stack", "an iridesce.Stack or its text", stack)
     for place, layer in enumerate(stack.layers, start=1):
         if np.size(layer.thickness_nm) != 1:
             raise ValueError(

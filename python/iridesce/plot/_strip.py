@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from iridesce import _core, color
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, refusal
 from iridesce.color.screen import gains, gains_in_words, readable_on, screen
 from iridesce.plot._arguments import Family, Stacks, angles, even, family, listed, samples
 from iridesce.plot._style import SMALL, begin, circumstances, heading, number, shortened
@@ -89,7 +90,7 @@ def strip(
     if by_retardation:
         across = samples("retardation_nm", retardation_nm, None, (0.0, 4.0 * ORDER_NM), step=1.0)
         if across[-1] > _MOST_RETARDATION_NM:
-            raise ValueError(f"retardation_nm must be at most {_MOST_RETARDATION_NM:g} nm, got {across[-1]:g}")
+            raise refusal("retardation_nm", f"at most {_MOST_RETARDATION_NM:g} nm", Words(f"{across[-1]:g}"))
     else:
         own = next((film.own_thicknesses() for row in rows if (film := row.film) is not None), None)
         across = samples("thickness_nm", thickness_nm, own, (0.0, 2000.0), step=1.0)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from iridesce import _core
+from iridesce.arguments.refusals import refusal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,7 +52,7 @@ def theme_named(name: str | None) -> Theme | None:
     if name is None:
         return None
     if not isinstance(name, str) or name not in _THEMES:
-        raise ValueError(f'theme must be "light", "dark" or None, got {name!r}')
+        raise refusal("theme", '"light", "dark" or None', name)
     return _THEMES[name]
 
 
@@ -66,7 +67,7 @@ def begin(ax: Axes | None, theme: str | None, size_inches: tuple[float, float]) 
         own, ax = plt.subplots(figsize=size_inches)
         own.set_layout_engine("constrained", w_pad=0.1, h_pad=0.1)
     elif not isinstance(ax, Axes):
-        raise ValueError(f"ax must be a matplotlib Axes or None, got {ax!r}")
+        raise refusal("ax", "a matplotlib Axes or None", ax)
     if ax.name != "rectilinear":
         raise ValueError(f"ax must have straight axes, got the projection {ax.name!r}")
     figure = ax.get_figure(root=True)
@@ -107,7 +108,7 @@ def _dress(ax: Axes, theme: Theme) -> None:
 def heading(ax: Axes, theme: Theme, title: str | None, own_title: str, subtitle: str) -> None:
     """The title at the left in bold, the circumstances below it; ``title=""`` leaves out both."""
     if title is not None and not isinstance(title, str):
-        raise ValueError(f"title must be text or None, got {title!r}")
+        raise refusal("title", "text or None", title)
     if title == "":
         return
     lines = subtitle.count("\n") + 1 if subtitle else 0

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from iridesce import _core
 from iridesce._picture_files import seen_spectra
 from iridesce._progress import Told, check_progress, watched
+from iridesce.arguments.refusals import refusal
 from iridesce.arguments.scalars import checked_threads, number, optional_whole
 from iridesce.errors import ResourceError
 from iridesce.image import Image
@@ -106,8 +107,8 @@ def draw(
 ) -> Image:
     """`render` with any journal; ``given`` has its arguments by name. Internal."""
     if backend != "cpu":
-        gpu = " (this iridesce has no GPU back end built in)" if backend == "gpu" else ""
-        raise ValueError(f'backend must be "cpu", got {backend!r}{gpu}')
+        gpu = "(this iridesce has no GPU back end built in)" if backend == "gpu" else ""
+        raise refusal("backend", '"cpu"', backend, gpu)
     asked = _asked(given)
     check_progress(progress)
 
@@ -230,7 +231,7 @@ def _size(size: object) -> tuple[int, int] | None:
     except TypeError:
         sides = []
     if isinstance(size, (str, bytes)) or len(sides) != 2 or min(sides) < 1:
-        raise ValueError(f"size must be (width, height), two whole numbers of at least 1, or None, got {size!r}")
+        raise refusal("size", "(width, height), two whole numbers of at least 1, or None", size)
     width, height = sides
     if max(sides) > _MAX_SIDE:
         raise ResourceError(f"an image of {width} x {height} pixels cannot fit; at most {_MAX_SIDE} a side")

@@ -19,7 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
 from iridesce._notebook import facts_html
-from iridesce.arguments.scalars import file_name, number, whole
+from iridesce.arguments.refusals import refusal
+from iridesce.arguments.scalars import allowed_range, file_name, number, whole
 from iridesce.errors import ResourceError
 from iridesce.thickness.simulation import presets
 from iridesce.thickness.thickness_map import ThicknessMap, array, refuse_where
@@ -44,7 +45,7 @@ class ThicknessModel:
     def __init__(self, kind: str, values: Mapping[str, Any]) -> None:
         if kind != "uniform" and kind not in _METHODS:
             known = ", ".join(f'"{name}"' for name in ("uniform", *_METHODS))
-            raise ValueError(f"kind must be one of {known}, got {kind!r:.60}")
+            raise refusal("kind", f"one of {known}", kind)
         self._kind = kind
         self._values: dict[str, Any] = {name: _parameter(name, value) for name, value in values.items()}
         # A map is read when it is asked: the scene that it is meant for may lie in another folder. A film flows then, too.
@@ -131,7 +132,7 @@ class ThicknessModel:
             except TypeError:
                 sides[name] = 0
             if sides[name] < 1:
-                raise ValueError(f"{name} must be a whole number >= 1, got {value!r:.60}")
+                raise refusal(name, "a whole number >= 1", value)
         if sides["width"] * sides["height"] > _MAX_CELLS:
             raise ResourceError(f"a map has at most {_MAX_CELLS} cells, got {width} x {height}")
         if extent is not None and self._kind not in _EXTENT_KINDS:
@@ -140,7 +141,7 @@ class ThicknessModel:
         if extent is not None:
             given = array("extent", extent)
             if given.shape != (4,):
-                raise ValueError(f"extent must be left, right, bottom and top, got {extent!r:.60}")
+                raise refusal("extent", "left, right, bottom and top", extent)
             ends = (float(given[0]), float(given[1]), float(given[2]), float(given[3]))
         if self._core is not None:
             return ThicknessMap(self._core.map(**sides, extent=ends))
@@ -288,9 +289,9 @@ def flow(preset: str, time_s: float, seed: int = 1, columns: int | None = None) 
     True
     """
     if preset not in presets():
-        raise ValueError(f"preset must be one of {', '.join(presets())}, got {preset!r:.60}")
+        raise refusal("preset", f"one of {', '.join(presets())}", preset)
     if not 0.0 <= number("time_s", time_s) <= 600.0:
-        raise ValueError(f"time_s must be from 0 to 600 s, got {time_s!r:.60}")
+        raise refusal("time_s", "from 0 to 600 s", time_s)
     values: dict[str, Any] = {"preset": preset, "time_s": time_s, "seed": whole("seed", seed, 0, 2**64 - 1)}
     if columns is not None:
         values["columns"] = whole("columns", columns, 16, 16384)
@@ -306,7 +307,7 @@ def _parameter(name: str, value: Any) -> Any:
     if name.endswith("_point"):
         given = array(name, value)
         if given.shape != (3,):
-            raise ValueError(f"{name} must be three numbers, x, y and z, got {value!r:.60}")
+            raise refusal(name, "three numbers, x, y and z", value)
         return tuple(float(x) for x in given)
     if name in ("min_nm", "max_nm"):
         return None if value is None else _thickness(name, value)
@@ -316,5 +317,6 @@ def _parameter(name: str, value: Any) -> Any:
 def _thickness(name: str, value: Any) -> float:
     nm = number(name, value)
     if not 0.0 <= nm < float("inf"):
-        raise ValueError(f"{name} must be a finite thickness in nm, >= 0, got {nm!r}")
+        unit = "" if name.endswith("_nm") else ", in nm"
+        raise refusal(name, allowed_range(0.0, float("inf"), True) + unit, nm)
     return nm

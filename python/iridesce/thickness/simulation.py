@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
 from iridesce._progress import Tell, Told, check_progress, watched
+from iridesce.arguments.refusals import Words, refusal
 from iridesce.arguments.scalars import number, whole
 from iridesce.thickness.thickness_map import ThicknessMap, array, refuse_where
 
@@ -257,21 +258,21 @@ def simulate(
     (300.0, [200.0, 400.0])
     """
     if preset not in _core.flow_presets():
-        raise ValueError(f"preset must be one of {', '.join(_core.flow_presets())}, got {preset!r:.60}")
+        raise refusal("preset", f"one of {', '.join(_core.flow_presets())}", preset)
     end, rate = number("time_s", time_s), number("frames_per_second", frames_per_second)
     if not 0.0 <= end <= _MAX_SECONDS:
-        raise ValueError(f"time_s must be from 0 to {_MAX_SECONDS:g}, got {time_s!r:.60}")
+        raise refusal("time_s", f"from 0 to {_MAX_SECONDS:g}", time_s)
     if not 1e-3 <= rate <= 1e6:
-        raise ValueError(f"frames_per_second must be from 0.001 to 1e6, got {frames_per_second!r:.60}")
+        raise refusal("frames_per_second", "from 0.001 to 1e6", frames_per_second)
     check_progress(progress)
     if columns is not None:
         columns = whole("columns", columns, 16, 16384)
     sides = parameters.pop("sides", None)
     if not (sides is None or isinstance(sides, str)):
-        raise ValueError(f'sides must be "menisci" or "periodic", got {sides!r:.60}')
+        raise refusal("sides", '"menisci" or "periodic"', sides)
     changes = [(name, number(name, value)) for name, value in parameters.items()]
     if not (checkpoint is None or isinstance(checkpoint, bytes)):
-        raise ValueError(f"checkpoint must be bytes or None, got {type(checkpoint).__name__}")
+        raise refusal("checkpoint", "bytes or None", Words(type(checkpoint).__name__))
     start = _initial(initial, parameters)
     core = _core.Flow(preset, columns, whole("seed", seed, 0, _MAX_SEED), changes, checkpoint, start, sides)
     first = 0

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
+from iridesce.arguments.refusals import refusal
 from iridesce.arguments.scalars import file_name, number
 from iridesce.files.report import ReadReport, of_core
 
@@ -120,14 +121,14 @@ class ThicknessMap:
         ends = {"min_nm": min_nm, "max_nm": max_nm}
         given = {key: None if value is None else number(key, value) for key, value in ends.items()}
         if not (channel is None or isinstance(channel, str)):
-            raise ValueError(f"channel must be a string or None, got {channel!r:.60}")
+            raise refusal("channel", "a string or None", channel)
         if page is not None:
             try:
                 page = operator.index(page)
             except TypeError:
-                raise ValueError(f"page must be a whole number >= 1 or None, got {page!r:.60}") from None
+                raise refusal("page", "a whole number >= 1 or None", page) from None
             if not 1 <= page <= 2**31:
-                raise ValueError(f"page must be a whole number >= 1 or None, got {page!r:.60}")
+                raise refusal("page", "a whole number >= 1 or None", page)
         values, plain = _core.load_thickness_map(name, given["min_nm"], given["max_nm"], channel, page)
         made = cls(values)
         made._read = of_core(plain)
@@ -233,12 +234,12 @@ class ThicknessMap:
         resolution: tuple[float, float] | None = None
         if pixel_size is not None:
             if not (isinstance(unit, str) and unit.isascii() and unit.isprintable() and 0 < len(unit) <= 20):
-                raise ValueError(f'unit must be a short ASCII text such as "mm", got {unit!r:.60}')
+                raise refusal("unit", 'a short ASCII text such as "mm"', unit)
             both = pixel_size if isinstance(pixel_size, (tuple, list)) else (pixel_size, pixel_size)
             sides = [number("pixel_size", side) for side in both]
             # TIFF holds ratios of 32-bit numbers.
             if len(sides) != 2 or not all(1e-6 <= side <= 1e6 for side in sides):
-                raise ValueError(f"pixel_size must be one or two lengths from 1e-6 to 1e6, got {pixel_size!r:.60}")
+                raise refusal("pixel_size", "one or two lengths from 1e-6 to 1e6", pixel_size)
             metadata["unit"] = unit
             resolution = (1.0 / sides[0], 1.0 / sides[1])
         buffer = io.BytesIO()
@@ -296,7 +297,7 @@ def array(name: str, values: ArrayLike) -> NDArray[np.float64]:
             raise TypeError
         return found.astype(np.float64, copy=False)
     except (TypeError, ValueError):
-        raise ValueError(f"{name} must be real numbers, got {values!r:.60}") from None
+        raise refusal(name, "real numbers", values) from None
 
 
 def refuse_where(wrong: NDArray[np.bool_], values: NDArray[np.float64], rule: str) -> None:

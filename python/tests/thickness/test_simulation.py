@@ -92,7 +92,7 @@ def test_parameters_are_what_was_asked() -> None:
         ({"humidity": 1.5}, "humidity"),
         ({"checkpoint": b"no"}, "checkpoint is not one of iridesce"),
         ({"checkpoint": "no"}, "checkpoint must be bytes"),
-        ({"black_nm": 100.0}, "black_nm must not exceed"),
+        ({"black_nm": 100.0}, "black_nm must be at most black_below_nm"),
     ],
 )
 def test_impossible_films_are_refused(changes: dict[str, Any], part: str) -> None:

@@ -118,7 +118,7 @@ def test_bad_parameters_are_named(bad):
 
 
 def test_an_exponent_of_zero_is_refused():
-    with pytest.raises(ValueError, match=r"exponent must be a finite exponent > 0, got 0\.0"):
+    with pytest.raises(ValueError, match=r"exponent must be > 0 and finite, got 0\.0"):
         ir.thickness.gradient(1.0, 2.0, 0.0)
 
 
@@ -240,7 +240,7 @@ def test_models_are_asked_what_they_follow():
     with pytest.raises(ValueError, match=r"distance_mm must be >= 0, got -1\.0 at index \(1,\)"):
         gap.at_radius([0.0, -1.0])
     for extent, said in [
-        (None, "extent must say"),
+        (None, "extent must be the part"),
         ((0, 1, 0), "extent must be left"),
         ((0, 0, 0, 1), "with an area"),
         ((0, math.nan, 0, 1), "four finite numbers"),

@@ -7,9 +7,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
-use iridesce_numerics::Watch;
+use iridesce_numerics::{THICKNESS_NM, Watch};
 use iridesce_thickness::{ThicknessError, ThicknessMap};
 
+use crate::error::FileError;
 use crate::limits::check_size;
 use crate::report::ReadReport;
 use crate::whole::read_whole_watched;
@@ -41,17 +42,17 @@ pub struct Grid {
 }
 
 /// The map in a file; `min_nm` and `max_nm` are needed where it holds whole numbers, and refused where it holds floats.
-/// The error names the argument at fault: `path`, `min_nm` or `max_nm`.
+/// A file that holds no map is a [`FileError::Argument`] that says why, to be read after the name of the file.
 pub fn read_thickness_map(
     path: &Path,
     min_nm: Option<f64>,
     max_nm: Option<f64>,
     choice: &MapChoice<'_>,
     watch: &Watch,
-) -> Result<(Arc<ThicknessMap>, ReadReport), ThicknessError> {
+) -> Result<(Arc<ThicknessMap>, ReadReport), FileError> {
     let grid = read_whole_watched(path, MAX_GRID_BYTES, watch)
         .and_then(|bytes| decode(&bytes, choice, watch))
-        .map_err(|why| ThicknessError { key: "path", message: format!("cannot be used as a thickness map: {why}") })?;
+        .map_err(|why| FileError::Argument(format!("cannot be used as a thickness map: {why}")))?;
     Ok((grid.in_range(min_nm, max_nm)?, grid.report))
 }
 
@@ -119,28 +120,23 @@ impl Grid {
 
     /// Its thicknesses; the error names the key at fault.
     pub fn in_range(&self, min_nm: Option<f64>, max_nm: Option<f64>) -> Result<Arc<ThicknessMap>, ThicknessError> {
-        let wrong = |key, message: &str| Err(ThicknessError { key, message: message.to_owned() });
         if !self.is_share {
-            return match (min_nm, max_nm) {
-                (None, None) => Ok(self.values.clone()),
-                (Some(_), _) => wrong("min_nm", "must be left out: the map holds floats, which are nm already"),
-                _ => wrong("max_nm", "must be left out: the map holds floats, which are nm already"),
-            };
+            let given = [("min_nm", min_nm), ("max_nm", max_nm)].into_iter().find_map(|(key, nm)| Some((key, nm?)));
+            let Some((key, nm)) = given else { return Ok(self.values.clone()) };
+            let allowed = "left out: the map holds floats, which are nm already";
+            return Err(ThicknessError::new(key, allowed, format!("{nm:?}")));
         }
         let (Some(min_nm), Some(max_nm)) = (min_nm, max_nm) else {
             let key = if min_nm.is_none() { "min_nm" } else { "max_nm" };
-            return wrong(
-                key,
-                "is needed: the map holds whole numbers, of which 0 means min_nm and the largest max_nm",
-            );
+            let allowed = "given: the map holds whole numbers, of which 0 means min_nm and the largest max_nm";
+            return Err(ThicknessError::new(key, allowed, "none"));
         };
         for (key, value) in [("min_nm", min_nm), ("max_nm", max_nm)] {
-            if !(value.is_finite() && value >= 0.0) {
-                return wrong(key, &format!("must be a finite thickness in nm, >= 0, got {value:?}"));
-            }
+            THICKNESS_NM.named(key).check(value)?;
         }
         if max_nm < min_nm {
-            return wrong("max_nm", &format!("must be at least min_nm = {min_nm:?}, got {max_nm:?}"));
+            let allowed = format!("at least min_nm = {min_nm:?}");
+            return Err(ThicknessError::new("max_nm", allowed, format!("{max_nm:?}")));
         }
         let nm = self.values.thickness_nm().iter().map(|share| min_nm * (1.0 - share) + max_nm * share).collect();
         ThicknessMap::new(self.values.width(), self.values.height(), nm).map(Arc::new)

@@ -94,9 +94,9 @@ fn floats_are_nanometres_and_take_no_range() {
         let grid = decode(&file).unwrap();
         let map = grid.in_range(None, None).unwrap();
         assert_eq!((map.width(), map.height(), map.thickness_nm()), (3, 2, &VALUES[..]));
-        assert_eq!(grid.in_range(Some(0.0), None).unwrap_err().key, "min_nm");
-        assert_eq!(grid.in_range(None, Some(0.0)).unwrap_err().key, "max_nm");
-        assert!(grid.in_range(Some(0.0), Some(9.0)).unwrap_err().message.contains("floats, which are nm already"));
+        assert_eq!(grid.in_range(Some(0.0), None).unwrap_err().argument, "min_nm");
+        assert_eq!(grid.in_range(None, Some(0.0)).unwrap_err().argument, "max_nm");
+        assert!(grid.in_range(Some(0.0), Some(9.0)).unwrap_err().allowed.contains("floats, which are nm already"));
     }
     // Half floats: 1.5 and 1024.
     let half = npy("<f2", false, "(1, 2)", &[0x00, 0x3E, 0x00, 0x64]);
@@ -121,7 +121,7 @@ fn whole_numbers_are_shares_of_the_range() {
             (Some(0.0), Some(f64::NAN), "max_nm"),
             (Some(2.0), Some(1.0), "max_nm"),
         ] {
-            assert_eq!(grid.in_range(min, max).unwrap_err().key, key);
+            assert_eq!(grid.in_range(min, max).unwrap_err().argument, key);
         }
     }
     let bits = png(png::ColorType::Grayscale, png::BitDepth::One, 3, &[0b0100_0000, 0b1010_0000]);

@@ -22,8 +22,8 @@ impl Film {
     /// ```
     pub fn change(&mut self, name: &str, value: f64) -> Result<(), FlowError> {
         if !CHANGEABLE.contains(&name) {
-            let message = format!("must be one of {} while a film flows, got {name:?}", CHANGEABLE.join(", "));
-            return Err(FlowError::Parameter(ThicknessError { key: "parameter", message }));
+            let allowed = format!("one of {} while a film flows", CHANGEABLE.join(", "));
+            return Err(ThicknessError::new("parameter", allowed, format!("{name:?}")).into());
         }
         let mut changed = self.parameters.clone();
         changed.set(name, value)?;
@@ -42,17 +42,19 @@ impl Film {
     /// and across in m/s is added to its velocity there, less by a Gaussian of `radius_m` around it.
     pub fn stir(&mut self, [row, column]: [f64; 2], speed: [f64; 2], radius_m: f64) -> Result<(), FlowError> {
         let grid = &self.grid;
-        let wrong = |key: &'static str, message: String| Err(FlowError::Parameter(ThicknessError { key, message }));
+        let wrong = |key: &'static str, allowed: String, given: String| {
+            Err(FlowError::Parameter(ThicknessError::new(key, allowed, given)))
+        };
         if !(row.is_finite() && (-0.5..=grid.rows as f64 - 0.5).contains(&row) && column.is_finite()) {
-            let message = format!("must be a row of the film's {} and a column, got {row:?}, {column:?}", grid.rows);
-            return wrong("place", message);
+            let allowed = format!("a row of the film's {} and a column", grid.rows);
+            return wrong("place", allowed, format!("{row:?}, {column:?}"));
         }
         if !speed.iter().all(|v| v.abs() <= FASTEST) {
-            return wrong("speed", format!("must be at most {FASTEST} m/s either way, got {speed:?}"));
+            return wrong("speed", format!("at most {FASTEST} m/s either way"), format!("{speed:?}"));
         }
         let least = 2.0 * grid.dy;
         if !(radius_m >= least && radius_m.is_finite()) {
-            return wrong("radius_m", format!("must be at least two cells, {least:?} m, got {radius_m:?}"));
+            return wrong("radius_m", format!("at least two cells, {least:?} m"), format!("{radius_m:?}"));
         }
         let (middle, push) = breath(grid, row, column, speed);
         let [down, across] = at_sides(grid, |x| {

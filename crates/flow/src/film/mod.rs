@@ -89,7 +89,7 @@ impl Film {
     /// A film at rest, with its thickness drawn by chance and its surfactant in balance with its mean weight.
     pub fn new(parameters: Parameters) -> Result<Film, ThicknessError> {
         parameters.check()?;
-        simd::level().map_err(|error| ThicknessError { key: simd::VARIABLE, message: error.message() })?;
+        simd::level().map_err(|error| error.argument())?;
         let grid = Grid::new(parameters.shape, parameters.columns, parameters.rows);
         let h = start::noise(&grid, &parameters);
         Ok(Film::from_thickness(parameters, &grid, h))
@@ -111,7 +111,7 @@ impl Film {
     pub fn starting_from(parameters: Parameters, initial: &ThicknessMap) -> Result<Film, ThicknessError> {
         let parameters = parameters.starting_from(initial);
         parameters.check()?;
-        simd::level().map_err(|error| ThicknessError { key: simd::VARIABLE, message: error.message() })?;
+        simd::level().map_err(|error| error.argument())?;
         let grid = Grid::new(parameters.shape, parameters.columns, parameters.rows);
         let h = start::resampled(&grid, initial);
         Ok(Film::from_thickness(parameters, &grid, h))
@@ -272,8 +272,8 @@ impl Film {
     pub fn advance_watched(&mut self, time_s: f64, watch: &Watch) -> Result<(), FlowError> {
         let start = self.state.time_s;
         if !(time_s.is_finite() && time_s >= start) {
-            let message = format!("must be a finite time, at least the film's own, {start:?} s, got {time_s:?}");
-            return Err(FlowError::Parameter(ThicknessError { key: "time_s", message }));
+            let allowed = format!("a finite time, at least the film's own, {start:?} s");
+            return Err(ThicknessError::new("time_s", allowed, format!("{time_s:?}")).into());
         }
         let count = ((time_s - start) / self.parameters.step_s - 1e-9).ceil().max(0.0) as u64;
         watch.begin("flowing", count);

@@ -313,7 +313,7 @@ fn impossible_films_are_refused_by_name() {
         ("noise", Parameters { noise: 2.0, ..good() }),
     ] {
         let error = bad.check().unwrap_err();
-        assert_eq!(error.key, key, "{error}");
+        assert_eq!(error.argument, key, "{error}");
         assert!(Film::new(bad).is_err());
     }
     for name in crate::PRESETS {

@@ -1,5 +1,7 @@
 //! Every number that a film follows: reading, changing and checking them.
 
+use std::fmt::Debug;
+
 use crate::grid::{Shape, Sides};
 use iridesce_thickness::ThicknessError;
 
@@ -37,27 +39,26 @@ impl Parameters {
 
     /// Refuses what no film can be, and a grid that cannot hold it.
     pub fn check(&self) -> Result<(), ThicknessError> {
-        let wrong = |key: &'static str, message: String| Err(ThicknessError { key, message });
+        let wrong = |key: &'static str, allowed: String, given: &dyn Debug| {
+            Err(ThicknessError::new(key, allowed, format!("{given:?}")))
+        };
         for (key, value) in self.shape_numbers().into_iter().chain(self.numbers()) {
             if let Some(rule) = table::allowed(key).broken_by(value) {
-                return wrong(key, format!("must be {rule}, got {value:?}"));
+                return wrong(key, rule.into(), &value);
             }
         }
         if let Shape::Sphere { rim_deg, .. } = self.shape
             && !(20.0..=160.0).contains(&rim_deg)
             && rim_deg != 180.0
         {
-            return wrong("rim_deg", format!("must be 180 for a whole sphere, else from 20 to 160, got {rim_deg:?}"));
+            return wrong("rim_deg", "180 for a whole sphere, else from 20 to 160".into(), &rim_deg);
         }
         match self.shape {
             Shape::Plane { .. } if self.tilt_deg > 90.0 => {
-                return wrong("tilt_deg", format!("must be from 0 (vertical) to 90 (level), got {:?}", self.tilt_deg));
+                return wrong("tilt_deg", "from 0 (vertical) to 90 (level)".into(), &self.tilt_deg);
             }
             Shape::Sphere { .. } if self.tilt_deg != 0.0 => {
-                return wrong(
-                    "tilt_deg",
-                    format!("must be 0 for a bubble, which has no frame, got {:?}", self.tilt_deg),
-                );
+                return wrong("tilt_deg", "0 for a bubble, which has no frame".into(), &self.tilt_deg);
             }
             Shape::Sphere { .. } if self.bottom_meniscus_m != 0.0 => {
                 return wrong(
@@ -69,35 +70,30 @@ impl Parameters {
         }
         for (key, value, least) in [("columns", self.columns, 16), ("rows", self.rows, 8)] {
             if !(least..=16384).contains(&value) {
-                return wrong(key, format!("must be from {least} to 16384 cells, got {value}"));
+                return wrong(key, format!("from {least} to 16384 cells"), &value);
             }
         }
         // Each cell takes about 250 bytes.
         if self.columns * self.rows > MOST_CELLS {
-            let message =
-                format!("times rows must be at most {MOST_CELLS} cells, got {} x {}", self.columns, self.rows);
-            return wrong("columns", message);
+            let allowed = format!("such that columns x rows is at most {MOST_CELLS} cells");
+            return wrong("columns", allowed, &format_args!("{} x {}", self.columns, self.rows));
         }
         if !self.columns.is_multiple_of(2) {
-            return wrong("columns", format!("must be even, got {}", self.columns));
+            return wrong("columns", "even".into(), &self.columns);
         }
         if !(0.0..1.0).contains(&self.patch_ratio) && self.regeneration > 0.0 {
-            return wrong("patch_ratio", format!("must be below 1, got {:?}", self.patch_ratio));
+            return wrong("patch_ratio", "below 1".into(), &self.patch_ratio);
         }
         if self.noise > 0.35 {
-            return wrong("noise", format!("must be at most 0.35 of the mean, got {:?}", self.noise));
+            return wrong("noise", "at most 0.35 of the mean".into(), &self.noise);
         }
         if self.noise_shortest_m > self.noise_longest_m {
-            return wrong(
-                "noise_shortest_m",
-                format!("must not exceed noise_longest_m, {:?}, got {:?}", self.noise_longest_m, self.noise_shortest_m),
-            );
+            let allowed = format!("at most noise_longest_m, {:?}", self.noise_longest_m);
+            return wrong("noise_shortest_m", allowed, &self.noise_shortest_m);
         }
         if self.black_m > self.black_below_m {
-            return wrong(
-                "black_nm",
-                format!("must not exceed black_below_nm, {:?}, got {:?}", self.black_below_m * 1e9, self.black_m * 1e9),
-            );
+            let allowed = format!("at most black_below_nm, {:?}", self.black_below_m * 1e9);
+            return wrong("black_nm", allowed, &(self.black_m * 1e9));
         }
         if self.salt > 0.0 && self.black_film_m() > self.black_below_m {
             return wrong(
@@ -111,28 +107,21 @@ impl Parameters {
             );
         }
         if self.tolerance > 0.1 {
-            return wrong("tolerance", format!("must be at most 0.1, got {:?}", self.tolerance));
+            return wrong("tolerance", "at most 0.1".into(), &self.tolerance);
         }
         if let Shape::Sphere { radius_m, rim_deg } = self.shape
             && rim_deg == 180.0
             && self.drop_m > radius_m / 2.0
         {
-            return wrong(
-                "drop_m",
-                format!("must be at most half the bubble's radius, {radius_m:?}, got {:?}", self.drop_m),
-            );
+            return wrong("drop_m", format!("at most half the bubble's radius, {radius_m:?}"), &self.drop_m);
         }
         if self.patches() {
             let cell = self.cell_m();
             if self.patch_m < 4.0 * cell {
                 let enough = (self.columns as f64 * 4.0 * cell / self.patch_m / 2.0).ceil() as usize * 2;
-                return wrong(
-                    "columns",
-                    format!(
-                        "must be at least {enough}, so that a patch of {:?} m has 4 cells a radius, got {}",
-                        self.patch_m, self.columns
-                    ),
-                );
+                let allowed =
+                    format!("at least {enough}, so that a patch of {:?} m has 4 cells a radius", self.patch_m);
+                return wrong("columns", allowed, &self.columns);
             }
         }
         Ok(())
@@ -219,13 +208,13 @@ impl Parameters {
     /// # Ok::<(), iridesce_thickness::ThicknessError>(())
     /// ```
     pub fn set_sides(&mut self, name: &str) -> Result<(), ThicknessError> {
-        let wrong = |message: String| Err(ThicknessError { key: "sides", message });
+        let wrong = |allowed: &'static str| Err(ThicknessError::new("sides", allowed, format!("{name:?}")));
         let Shape::Plane { sides, .. } = &mut self.shape else {
-            return wrong(format!("must be left out for a bubble, which has none, got {name:?}"));
+            return wrong("left out for a bubble, which has none");
         };
         match Sides::NAMES.iter().find(|(known, _)| *known == name) {
             Some((_, found)) => *sides = *found,
-            None => return wrong(format!("must be \"menisci\" or \"periodic\", got {name:?}")),
+            None => return wrong("\"menisci\" or \"periodic\""),
         }
         Ok(())
     }
@@ -238,7 +227,7 @@ impl Parameters {
     /// let mut film = Parameters::preset("late")?;
     /// film.set("humidity", 0.5)?;
     /// assert!((film.evaporation * 1e9 - 8.65).abs() < 0.01); // nm/s at a radius of 2.5 cm
-    /// assert!(film.set("viscosty", 1e-3).unwrap_err().message.contains("viscosity_pa_s"));
+    /// assert!(film.set("viscosty", 1e-3).unwrap_err().allowed.contains("viscosity_pa_s"));
     /// # Ok::<(), iridesce_thickness::ThicknessError>(())
     /// ```
     pub fn set(&mut self, name: &str, value: f64) -> Result<(), ThicknessError> {
@@ -250,8 +239,8 @@ impl Parameters {
             ("drains_inside", _) => self.drains_inside = value != 0.0,
             ("humidity", shape) => {
                 if !(0.0..=1.0).contains(&value) {
-                    let message = format!("must be a relative humidity from 0 to 1, got {value:?}");
-                    return Err(ThicknessError { key: "humidity", message });
+                    let allowed = "a relative humidity from 0 to 1";
+                    return Err(ThicknessError::new("humidity", allowed, format!("{value:?}")));
                 }
                 let size = match *shape {
                     Shape::Sphere { radius_m, .. } => radius_m,
@@ -265,8 +254,11 @@ impl Parameters {
                     let known = self.listed().into_iter().map(|(name, _)| name);
                     let known: Vec<&str> =
                         known.filter(|k| !["columns", "rows", "seed", "sides"].contains(k)).collect();
-                    let message = format!("must be one of {}, humidity, got {name:?}", known.join(", "));
-                    return Err(ThicknessError { key: "parameter", message });
+                    let nearest = known.iter().chain(&["humidity"]).map(|k| (strsim::jaro_winkler(k, name), *k));
+                    let nearest = nearest.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(alike, _)| *alike > 0.8);
+                    let meant = nearest.map_or(String::new(), |(_, k)| format!(" (perhaps {k} is meant)"));
+                    let allowed = format!("one of {}, humidity{meant}", known.join(", "));
+                    return Err(ThicknessError::new("parameter", allowed, format!("{name:?}")));
                 }
             }
         }

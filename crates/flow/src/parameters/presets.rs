@@ -139,8 +139,8 @@ impl Parameters {
             "giant-bubble" => Ok(giant),
             "late" => Ok(late),
             _ => {
-                let message = format!("must be one of {}, got {name:?}", PRESETS.join(", "));
-                Err(ThicknessError { key: "preset", message })
+                let allowed = format!("one of {}", PRESETS.join(", "));
+                Err(ThicknessError::new("preset", allowed, format!("{name:?}")))
             }
         }
     }

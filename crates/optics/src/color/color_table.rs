@@ -6,6 +6,8 @@
 //! angle have `s = 1`. Between nodes: cubic Hermite in v, whose slopes are measured at the nodes, and the cubic through
 //! four rows in angle.
 
+use iridesce_numerics::Argument;
+
 use fearless_simd::{Level, Simd, dispatch, f32x4, prelude::*};
 use iridesce_numerics::interpolation::{hermite, lagrange};
 use iridesce_numerics::turns::sin_pi;
@@ -170,17 +172,15 @@ impl ColorTable {
         });
     }
 
-    fn check_range(&self, name: &str, values: &[f64], [low, high]: [f64; 2]) -> Result<(), OpticsError> {
+    fn check_range(&self, name: &'static str, values: &[f64], [low, high]: [f64; 2]) -> Result<(), OpticsError> {
         // (Without a branch a value, so that vectors do it; the place is looked for only where there is one.)
         let outside = values.iter().fold(false, |outside, v| outside | !(*v >= low && *v <= high));
         if !outside {
             return Ok(());
         }
         let place = values.iter().position(|v| !(low..=high).contains(v)).unwrap_or(0);
-        Err(OpticsError::Argument(format!(
-            "{name} must be within the table's {low} to {high}, got {} at point {place}",
-            values[place]
-        )))
+        let allowed = format!("within the table's {low} to {high}");
+        Err(Argument::new(name, allowed, values[place]).at(format!("at point {place}")).into())
     }
 
     #[inline(always)]

@@ -5,6 +5,8 @@
 //! k = 1 / sum(S ybar), sums in 10 nm steps from 380 to 770 nm over illuminant C with the table of Wyszecki & Stiles, Color
 //! Science, 1982, as printed there, and the printed inverse of the NTSC 1953 matrix.
 
+use iridesce_numerics::{ANGLE_DEG, Argument, THICKNESS_NM};
+
 use std::sync::OnceLock;
 
 use super::illuminant::Illuminant;
@@ -96,7 +98,7 @@ impl Dias1991 {
             DiasMatrix::Full => Space::Ntsc1953.rgb_from_xyz().expect("NTSC has primaries"),
             DiasMatrix::Given(matrix) if matrix.iter().flatten().all(|v| v.is_finite()) => matrix,
             DiasMatrix::Given(matrix) => {
-                return Err(OpticsError::Argument(format!("matrix must be finite, got {matrix:?}")));
+                return Err(Argument::new("matrix", "finite", format!("{matrix:?}")).into());
             }
         };
         Ok(Dias1991 { indices: indices.iter().map(|n| n.map(|n| n.re)).collect(), table, matrix })
@@ -104,13 +106,8 @@ impl Dias1991 {
 
     /// (XYZ with Y = 1 for the perfect reflector, linear RGB) at one thickness and angle in the first medium.
     pub fn color(&self, thickness_nm: f64, angle_deg: f64) -> Result<([f64; 3], [f64; 3]), OpticsError> {
-        let bad = |message: String| Err(OpticsError::Argument(message));
-        if !(thickness_nm >= 0.0 && thickness_nm.is_finite()) {
-            return bad(format!("thickness_nm must be >= 0 and finite, got {thickness_nm}"));
-        }
-        if !(0.0..90.0).contains(&angle_deg) {
-            return bad(format!("angle_deg must be >= 0 and < 90, got {angle_deg}"));
-        }
+        THICKNESS_NM.check(thickness_nm)?;
+        ANGLE_DEG.check(angle_deg)?;
         let cos = cos_of_degrees(angle_deg);
         let mut xyz = [0.0; 3];
         for ((n, nm), weight) in self.indices.iter().zip(dias1991_wavelengths()).zip(weights(self.table)) {

@@ -4,6 +4,8 @@
 //! rounding, and the 1.6e-4 by which the white of the D65 table lies off the white of the RGB spaces, out of the count.
 //! What lies within the margins is clipped to [0, 1]; everything inside [0, 1] comes back unchanged.
 
+use iridesce_numerics::Argument;
+
 use std::sync::OnceLock;
 
 use rayon::prelude::*;
@@ -33,7 +35,7 @@ impl Mapping {
         match name {
             "hue" => Ok(Mapping::Hue),
             "clip" => Ok(Mapping::Clip),
-            _ => Err(OpticsError::Unknown(format!("gamut must be \"hue\" or \"clip\", got {name:?}"))),
+            _ => Err(Argument::one_of("gamut", &["hue", "clip"], name).into()),
         }
     }
 }

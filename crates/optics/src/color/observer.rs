@@ -1,5 +1,7 @@
 //! The CIE standard observers.
 
+use iridesce_numerics::Argument;
+
 use std::sync::OnceLock;
 
 use super::table::{at_one_nm, own_triples};
@@ -27,7 +29,7 @@ impl Observer {
         match name.trim().to_ascii_lowercase().as_str() {
             "cie1931" | "2" | "2deg" => Ok(Observer::Cie1931),
             "cie1964" | "10" | "10deg" => Ok(Observer::Cie1964),
-            _ => Err(OpticsError::Unknown(format!("observer must be \"cie1931\" or \"cie1964\", got {name:?}"))),
+            _ => Err(Argument::one_of("observer", &["cie1931", "cie1964"], name).into()),
         }
     }
 

@@ -1,5 +1,7 @@
 //! What can be asked about the colour of a stack.
 
+use iridesce_numerics::Argument;
+
 use super::gamut::{Gamut, Mapping};
 use super::illuminant::Illuminant;
 use super::observer::Observer;
@@ -24,7 +26,7 @@ impl Model {
         match name {
             "exact" => Ok(Model::Exact),
             "two-beam" => Ok(Model::TwoBeam),
-            _ => Err(OpticsError::Unknown(format!("model must be \"exact\" or \"two-beam\", got {name:?}"))),
+            _ => Err(Argument::one_of("model", &["exact", "two-beam"], name).into()),
         }
     }
 }

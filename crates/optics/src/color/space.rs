@@ -1,5 +1,7 @@
 //! Colour spaces: matrices from primaries and whites, transfer functions, CIELAB, Oklab, Bradford adaptation.
 
+use iridesce_numerics::Argument;
+
 use std::sync::OnceLock;
 
 use super::matrix::{Matrix, inverse, mul, times};
@@ -219,7 +221,7 @@ impl Adaptation {
         match name {
             None => Ok(Adaptation::None),
             Some("bradford") => Ok(Adaptation::Bradford),
-            Some(other) => Err(OpticsError::Unknown(format!("adaptation must be \"bradford\" or None, got {other:?}"))),
+            Some(other) => Err(Argument::new("adaptation", "\"bradford\" or None", format!("{other:?}")).into()),
         }
     }
 }

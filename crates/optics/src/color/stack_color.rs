@@ -1,5 +1,6 @@
 //! The colour of a stack: the full spectral sum at every point of an array of thicknesses and angles.
 
+use iridesce_numerics::{ANGLE_DEG, THICKNESS_NM};
 use std::collections::{BTreeSet, HashMap};
 use std::sync::OnceLock;
 
@@ -120,14 +121,11 @@ impl StackColor {
             let message = format!("{points} points of {layers} layers need {} thicknesses", points * layers);
             return Err(OpticsError::Argument(format!("{message}, got {}", thickness_nm.len())));
         }
-        if let Some(i) = angle_deg.iter().position(|a| !(0.0..90.0).contains(a)) {
-            let message = format!("angle_deg must be >= 0 and < 90, got {} at point {i}", angle_deg[i]);
-            return Err(OpticsError::Argument(message));
+        if let Some(i) = ANGLE_DEG.first_outside(angle_deg) {
+            return Err(ANGLE_DEG.refuse(angle_deg[i]).at(format!("at point {i}")).into());
         }
-        if let Some(i) = thickness_nm.iter().position(|t| !(*t >= 0.0 && t.is_finite())) {
-            let message =
-                format!("thickness_nm must be >= 0 and finite, got {} at point {}", thickness_nm[i], i / layers);
-            return Err(OpticsError::Argument(message));
+        if let Some(i) = THICKNESS_NM.first_outside(thickness_nm) {
+            return Err(THICKNESS_NM.refuse(thickness_nm[i]).at(format!("at point {}", i / layers)).into());
         }
         // Points of one angle share all that does not depend on thickness: visit them together.
         let mut order: Vec<usize> = (0..points).collect();

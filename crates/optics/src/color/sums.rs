@@ -1,5 +1,7 @@
 //! Colour sums: the wavelengths they run over and the weights of X, Y, Z there.
 
+use iridesce_numerics::{Argument, WAVELENGTH_NM, index_place};
+
 use super::illuminant::Illuminant;
 use super::observer::{FIRST_NM, LAST_NM, Observer};
 use crate::OpticsError;
@@ -28,10 +30,10 @@ impl Grid {
         let bad = |message: String| Err(OpticsError::Argument(message));
         let count = wavelength_nm.len();
         if count < 2 {
-            return bad(format!("wavelength_nm must hold two wavelengths at least, got {count}"));
+            return Err(Argument::new("wavelength_nm", "two wavelengths at least", count).into());
         }
-        if let Some((i, nm)) = wavelength_nm.iter().enumerate().find(|(_, nm)| !(**nm > 0.0 && nm.is_finite())) {
-            return bad(format!("wavelength_nm must be > 0 and finite, got {nm} at index ({i},)"));
+        if let Some(i) = WAVELENGTH_NM.first_outside(wavelength_nm) {
+            return Err(WAVELENGTH_NM.refuse(wavelength_nm[i]).at(index_place(i, &[count])).into());
         }
         if let Some(i) = wavelength_nm.windows(2).position(|w| w[0] >= w[1]) {
             return bad(format!(

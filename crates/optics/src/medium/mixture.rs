@@ -1,5 +1,7 @@
 //! Mixtures by effective-medium rules: Lorentz-Lorenz, Bruggeman, Maxwell Garnett.
 
+use iridesce_numerics::Argument;
+
 use std::sync::Arc;
 
 use super::{Index, Inner, Medium, Mixture};
@@ -23,9 +25,7 @@ impl Rule {
             "lorentz-lorenz" => Ok(Rule::LorentzLorenz),
             "bruggeman" => Ok(Rule::Bruggeman),
             "maxwell-garnett" => Ok(Rule::MaxwellGarnett),
-            _ => Err(OpticsError::Unknown(format!(
-                "rule must be \"bruggeman\", \"maxwell-garnett\" or \"lorentz-lorenz\", got {name:?}"
-            ))),
+            _ => Err(Argument::one_of("rule", &["bruggeman", "maxwell-garnett", "lorentz-lorenz"], name).into()),
         }
     }
 

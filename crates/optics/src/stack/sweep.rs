@@ -21,7 +21,7 @@ mod run;
 mod single;
 
 use fearless_simd::Level;
-use iridesce_numerics::{Watch, simd};
+use iridesce_numerics::{ANGLE_DEG, Bounds, THICKNESS_NM, WAVELENGTH_NM, Watch, index_place, simd};
 
 pub use iridesce_numerics::simd::levels;
 pub use march::Power;
@@ -29,7 +29,7 @@ pub use quantity::Quantity;
 
 use self::axes::{Axis, Walk, axes_of};
 use self::media::Media;
-use super::{MOST_WAVES, Polarization, check_indices};
+use super::{Polarization, check_indices, check_phase};
 use crate::incidence::Incidence;
 use crate::{Complex64, OpticsError};
 
@@ -173,30 +173,21 @@ impl<'a> Sweep<'a> {
 
     /// Wavelengths, angles and thicknesses by themselves, and thicknesses against wavelengths.
     fn check_numbers(&self) -> Result<(), OpticsError> {
-        let wrong = |name: &str, allowed: &str, values: &[f64], ok: &dyn Fn(f64) -> bool| match values
-            .iter()
-            .position(|&value| !ok(value))
-        {
+        let check = |bounds: Bounds, values: &[f64]| match bounds.first_outside(values) {
             Some(at) => {
-                let place = if values.len() > 1 { format!(" at index {at}") } else { String::new() };
-                Err(OpticsError::Argument(format!("{name} must be {allowed}, got {}{place}", values[at])))
+                let place = if values.len() > 1 { index_place(at, &[values.len()]) } else { String::new() };
+                Err(bounds.refuse(values[at]).at(place))
             }
             None => Ok(()),
         };
-        wrong("wavelength_nm", "> 0 and finite", self.values[0], &|nm| nm > 0.0 && nm.is_finite())?;
-        wrong("angle_deg", ">= 0 and < 90", self.values[1], &|angle| (0.0..90.0).contains(&angle))?;
+        check(WAVELENGTH_NM, self.values[0])?;
+        check(ANGLE_DEG, self.values[1])?;
         let shortest = self.values[0].iter().copied().fold(f64::INFINITY, f64::min);
         for (j, values) in self.values[2..].iter().enumerate() {
-            wrong(&format!("thickness_nm of layer {}", j + 1), ">= 0 and finite", values, &|nm| {
-                nm >= 0.0 && nm.is_finite()
-            })?;
+            let in_layer = format!("in layer {}", j + 1);
+            check(THICKNESS_NM, values).map_err(|wrong| wrong.at(&in_layer))?;
             let thickest = values.iter().copied().fold(0.0, f64::max);
-            if thickest / shortest > MOST_WAVES {
-                return Err(OpticsError::Argument(format!(
-                    "thickness_nm of layer {} must be at most {MOST_WAVES:e} wavelengths, got {thickest} at {shortest} nm",
-                    j + 1
-                )));
-            }
+            check_phase(thickest, shortest).map_err(|wrong| wrong.at(format!("{in_layer} at {shortest} nm")))?;
         }
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! Building a colour table: nodes from exact sums, probes between them, refinement until the error is small enough.
 
+use iridesce_numerics::Bounds;
 use iridesce_numerics::noise::SplitMix64;
 use std::ops::Range;
 
@@ -59,9 +60,7 @@ impl ColorTable {
                 thickness_nm.len()
             )));
         }
-        if !(tolerance > 0.0 && tolerance.is_finite()) {
-            return Err(OpticsError::Argument(format!("max_delta_e must be > 0 and finite, got {tolerance}")));
-        }
+        Bounds::above("max_delta_e", 0.0).check(tolerance)?;
         let asked = ColorRequest { space: Space::Xyz, adaptation: Adaptation::None, gamut: None, ..color };
         let at = |place: usize| asked.media[place].index_extended(REDUCED_NM).map(|(index, _)| index);
         let (first, film) = (at(0)?, at(layer + 1)?);

@@ -2,11 +2,11 @@
 
 use super::march::Power;
 use super::{Quantity, Sweep};
-use crate::error::name_of;
 use crate::film::two_beam_reflectance;
 use crate::incidence::Incidence;
 use crate::stack::{Polarization, Solver, ellipsometry};
 use crate::{Complex64, OpticsError};
+use iridesce_numerics::place_of;
 
 /// Where in the result one is, and in every operand.
 struct Place {
@@ -145,6 +145,6 @@ impl Sweep<'_> {
 }
 
 fn named_place(index: &[usize]) -> String {
-    let name = name_of(index);
+    let name = place_of(index);
     if name.is_empty() { name } else { format!(" ({name})") }
 }

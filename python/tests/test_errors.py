@@ -1,0 +1,142 @@
+"""Errors with parts: argument, value, allowed and place of every message that is made from them."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import iridesce as ir
+from iridesce.errors import ArgumentError
+
+FILM = ir.Stack(["air", ir.Layer("soap", thickness_nm=320.0), "air"])
+SCENE = "soap-bubble"
+FINITE, ABOVE, LEAST = "finite", "> 0 and finite", ">= 0 and finite"
+
+# what is called, then argument, given, allowed, place
+CASES: list[tuple[Callable[[], Any], str, str, str, str]] = [
+    (lambda: FILM.reflectance([[550.0, 0.0]]), "wavelength_nm", "0.0", ABOVE, "at index (0, 1)"),
+    (lambda: FILM.reflectance(np.nan), "wavelength_nm", "nan", ABOVE, ""),
+    (lambda: FILM.reflectance(550.0, [0.0, 90.0]), "angle_deg", "90.0", ">= 0 and < 90", "at index (1,)"),
+    (lambda: ir.Layer("soap", [[1.0], [-2.0]]), "thickness_nm", "-2.0", LEAST, "at index (1, 0)"),
+    (lambda: FILM.reflectance("blue"), "wavelength_nm", "'blue' of type <U4", "real numbers", ""),
+    (
+        lambda: FILM.reflectance(np.full((1,) * 33, 550.0)),
+        "wavelength_nm",
+        "33 axes",
+        "an array of at most 32 axes",
+        "",
+    ),
+    (lambda: FILM.reflectance(550.0, 0.0, "x"), "polarization", "'x'", '"s", "p" or "unpolarized"', ""),
+    (lambda: FILM.reflectance(550.0, threads=0), "threads", "0", "a whole number from 1 to 1024, or None", ""),
+    (
+        lambda: FILM.color(quantity="shine"),
+        "quantity",
+        "'shine'",
+        '"reflectance", "transmittance" or "absorptance"',
+        "",
+    ),
+    (lambda: ir.Medium("soap").index([500.0, -1.0]), "wavelength_nm", "-1.0", ABOVE, "at index (1,)"),
+    (
+        lambda: ir.color.spectrum_to_xyz([500.0, 0.0], [1.0, 1.0]),
+        "wavelength_nm",
+        "0.0",
+        ABOVE,
+        "at index (1,)",
+    ),
+    (lambda: ir.render(SCENE, samples=0), "samples", "0", "a whole number from 1 to 1048576, or None", ""),
+    (lambda: ir.render(SCENE, seed=-1), "seed", "-1", f"a whole number from 0 to {2**64 - 1}, or None", ""),
+    (lambda: ir.render(SCENE, threads=True), "threads", "True", "a whole number from 1 to 1024, or None", ""),
+    (
+        lambda: ir.render(SCENE, progress=3),
+        "progress",
+        "3",
+        "a function of (done, total), True, False or None",
+        "",
+    ),
+    (lambda: ir.Image(np.full((1, 2, 3), np.nan)), "xyz", "nan", FINITE, "at index (0, 0, 0)"),
+    (
+        lambda: ir.Image(np.ones((2, 2, 3), complex)),
+        "xyz",
+        "an array of type complex128",
+        "an array of numbers: real ones",
+        "",
+    ),
+    (lambda: ir.thickness.gradient(-1.0, 5.0), "top", "-1.0", f"{LEAST}, in nm", ""),
+    (lambda: ir.thickness.gradient(1.0, 5.0, 0.0), "exponent", "0.0", ABOVE, ""),
+    (lambda: ir.thickness.lens_gap(0.0), "radius_mm", "0.0", ABOVE, ""),
+    (
+        lambda: ir.thickness.wedge((0, 0, 0), (0, 0, 0), 1.0, 2.0),
+        "to_point",
+        "[0.0, 0.0, 0.0]",
+        "a point away from the other end [0.0, 0.0, 0.0]",
+        "",
+    ),
+    (lambda: ir.thickness.ThicknessMap([[1.0, -1.0]]), "thickness_nm", "-1.0", LEAST, "at row 0, column 1"),
+    (
+        lambda: ir.thickness.simulate("late", viscosity_pa_s=-1.0),
+        "viscosity_pa_s",
+        "-1.0",
+        "a finite number > 0",
+        "",
+    ),
+    (lambda: ir.thickness.simulate("late", columns=15), "columns", "15", "a whole number from 16 to 16384", ""),
+    (lambda: ir.thickness.simulate("late", time_s=-1.0), "time_s", "-1.0", "from 0 to 1e+06", ""),
+    (
+        lambda: ir.ColorTable(FILM, (0.0, 400.0)).color([100.0, 500.0]),
+        "thickness_nm",
+        "500.0",
+        "within the table's 0 to 400",
+        "at index (1,)",
+    ),
+]
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case[1]} {case[2]}"[:40])
+def test_a_refusal_has_argument_value_allowed_and_place(case: tuple[Callable[[], Any], str, str, str, str]) -> None:
+    call, argument, given, allowed, place = case
+    with pytest.raises(ArgumentError) as caught:
+        call()
+    error = caught.value
+    assert (error.argument, error.given, error.allowed, error.place) == (argument, given, allowed, place)
+    assert str(error) == f"{argument} must be {allowed}, got {given}{' ' * bool(place)}{place}"
+
+
+def test_python_and_the_core_say_the_same() -> None:
+    from iridesce import _core
+
+    with pytest.raises(ArgumentError) as ours:
+        FILM.reflectance([550.0, -1.0])
+    with pytest.raises(ArgumentError) as cores:
+        _core.Medium.named("soap").index(np.array([550.0, -1.0]), False, (2,))
+    assert str(ours.value) == str(cores.value)
+    assert vars(ours.value) == vars(cores.value)
+
+
+def test_an_unknown_parameter_brings_the_one_that_is_meant() -> None:
+    with pytest.raises(ArgumentError, match=r"perhaps wind_m_s is meant") as caught:
+        ir.thickness.simulate("late", wind=1.0)
+    assert (caught.value.argument, caught.value.given) == ("parameter", '"wind"')
+
+
+def test_values_of_any_length_and_any_character_fit_into_a_message() -> None:
+    with pytest.raises(ArgumentError) as caught:
+        FILM.reflectance(550.0, 0.0, "\x1b[2J" + "x" * 10_000)
+    assert len(str(caught.value)) < 200
+    assert str(caught.value).isprintable()
+
+
+def test_errors_travel_between_processes() -> None:
+    with pytest.raises(ArgumentError) as caught:
+        FILM.reflectance([550.0, -1.0])
+    for again in (pickle.loads(pickle.dumps(caught.value)), copy.deepcopy(caught.value)):
+        assert (type(again), str(again), vars(again)) == (ArgumentError, str(caught.value), vars(caught.value))
+
+
+@pytest.mark.parametrize("kind", [ArgumentError, ir.SceneError, ir.ResourceError])
+def test_one_except_catches_all(kind: type[Exception]) -> None:
+    assert issubclass(kind, ValueError)
