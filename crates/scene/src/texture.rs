@@ -83,7 +83,7 @@ pub enum ResolvedReflectance {
 /// The roughness in a grid, 0 to 1, of which 0 means `min` and 1 `max`.
 pub fn roughness_plane(grid: &Grid, min: f64, max: f64) -> Result<Planes, String> {
     // Whole numbers are shares of their format's range; floats stand as they are.
-    let shares = grid.in_range(Some(0.0), Some(1.0)).or_else(|_| grid.in_range(None, None)).map_err(|e| e.message)?;
+    let shares = grid.in_range(Some(0.0), Some(1.0)).or_else(|_| grid.in_range(None, None)).map_err(|e| e.rule())?;
     if let Some(at) = shares.thickness_nm().iter().position(|&value| value > 1.0) {
         let (row, column) = (at / shares.width(), at % shares.width());
         return Err(format!(
@@ -92,7 +92,7 @@ pub fn roughness_plane(grid: &Grid, min: f64, max: f64) -> Result<Planes, String
         ));
     }
     let values = shares.thickness_nm().iter().map(|share| (max - min).mul_add(*share, min)).collect();
-    let plane = ThicknessMap::new(shares.width(), shares.height(), values).map_err(|e| e.message)?;
+    let plane = ThicknessMap::new(shares.width(), shares.height(), values).map_err(|e| e.rule())?;
     Ok(Arc::new([Arc::new(plane)]))
 }
 
@@ -110,7 +110,7 @@ pub fn reflectance_planes(picture: &Photograph) -> Result<Planes, String> {
     for channel in 0..3 {
         // A colour outside Rec.709 has a number below 0; a reflectance has none.
         let values = picture.rgb.iter().skip(channel).step_by(3).map(|&value| f64::from(value).clamp(0.0, 1.0));
-        let plane = ThicknessMap::new(picture.width, picture.height, values.collect()).map_err(|e| e.message)?;
+        let plane = ThicknessMap::new(picture.width, picture.height, values.collect()).map_err(|e| e.rule())?;
         planes.push(Arc::new(plane));
     }
     Ok(planes.into())
