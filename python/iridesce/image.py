@@ -22,8 +22,9 @@ from iridesce._picture_files import (
     seen_spectra,
     xyz_of_file,
 )
-from iridesce.arguments.refusals import refusal
+from iridesce.arguments.refusals import Words, refusal
 from iridesce.arguments.scalars import file_name, one_of
+from iridesce.errors import ArgumentError
 from iridesce.files.whole import read_whole
 
 __all__ = ["Image", "check_output"]
@@ -413,18 +414,21 @@ def _plane(name: str, values: npt.ArrayLike, size: tuple[int, int] | None, depth
     try:
         given = np.asarray(values)
         if given.dtype.kind not in "biuf" and not (given.dtype.kind == "O" and all(map(_is_real, given.flat))):
-            raise ValueError(f"{name} must be an array of real numbers, got the type {given.dtype}")
+            kind = Words(f"an array of type {given.dtype}")
+            raise refusal(name, "an array of real numbers", kind)
         array = np.array(given, dtype=np.float32, order="C", copy=True)
+    except ArgumentError:
+        raise
     except (TypeError, ValueError, RuntimeError, OverflowError) as error:
         # (numpy has its own words for what has more than 32 or 64 dimensions.)
-        words = str(error)
-        raise ValueError(words if words.startswith(name) else f"{name} must be an array of numbers: {words}") from None
+        raise ValueError(f"{name} must be an array of numbers: {error}") from None
     if size is None:
         good = array.ndim == 3 and array.shape[2] == depth and array.size > 0
         if not good:
-            raise ValueError(f"{name} must have shape (height, width, 3), at least one pixel, got {array.shape}")
+            allowed = "of shape (height, width, 3), with at least one pixel"
+            raise refusal(name, allowed, Words(f"shape {array.shape}"))
     elif array.shape != (*size, *last):
-        raise ValueError(f"{name} must have shape {(*size, *last)} like xyz, got {array.shape}")
+        raise refusal(name, f"of shape {(*size, *last)} like xyz", Words(f"shape {array.shape}"))
     return array
 
 

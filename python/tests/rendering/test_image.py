@@ -109,20 +109,20 @@ def test_arrays_of_any_layout_become_images():
 @pytest.mark.parametrize(
     ("planes", "said"),
     [
-        ({"xyz": np.ones((2, 3))}, r"shape \(height, width, 3\).*got \(2, 3\)"),
-        ({"xyz": np.ones((2, 3, 4))}, r"got \(2, 3, 4\)"),
-        ({"xyz": np.ones((0, 3, 3))}, r"at least one pixel, got \(0, 3, 3\)"),
-        ({"xyz": 1.0}, r"got \(\)"),
+        ({"xyz": np.ones((2, 3))}, r"shape \(height, width, 3\).*got shape \(2, 3\)"),
+        ({"xyz": np.ones((2, 3, 4))}, r"got shape \(2, 3, 4\)"),
+        ({"xyz": np.ones((0, 3, 3))}, r"at least one pixel, got shape \(0, 3, 3\)"),
+        ({"xyz": 1.0}, r"got shape \(\)"),
         ({"xyz": "red"}, "xyz must be an array of real numbers"),
         ({"xyz": None}, "xyz"),
         ({"xyz": np.array([[[1.0, np.nan, 0.0]]])}, r"xyz must be finite, got nan at index \(0, 0, 1\)"),
         ({"xyz": np.full((1, 2, 3), np.inf)}, r"got inf at index \(0, 0, 0\)"),
         (
             {"xyz": np.ones((2, 3, 3)), "depth": np.ones((3, 2))},
-            r"depth must have shape \(2, 3\) like xyz, got \(3, 2\)",
+            r"depth must be of shape \(2, 3\) like xyz, got shape \(3, 2\)",
         ),
-        ({"xyz": np.ones((2, 3, 3)), "normal": np.ones((2, 3))}, r"normal must have shape \(2, 3, 3\)"),
-        ({"xyz": np.ones((2, 3, 3)), "thickness_nm": [1.0, 2.0]}, "thickness_nm must have shape"),
+        ({"xyz": np.ones((2, 3, 3)), "normal": np.ones((2, 3))}, r"normal must be of shape \(2, 3, 3\)"),
+        ({"xyz": np.ones((2, 3, 3)), "thickness_nm": [1.0, 2.0]}, "thickness_nm must be of shape"),
     ],
 )
 def test_what_is_no_image_is_said(planes, said):
