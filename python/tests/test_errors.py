@@ -86,6 +86,23 @@ CASES: list[tuple[Callable[[], Any], str, str, str, str]] = [
     ),
     (lambda: ir.thickness.simulate("late", columns=15), "columns", "15", "a whole number from 16 to 16384", ""),
     (lambda: ir.thickness.simulate("late", time_s=-1.0), "time_s", "-1.0", "from 0 to 1e+06", ""),
+    (lambda: ir.thickness.simulate("vertical-film", sides=1), "sides", "1", '"menisci" or "periodic"', ""),
+    (lambda: ir.thickness.simulate("vertical-film", sides="glass"), "sides", '"glass"', '"menisci" or "periodic"', ""),
+    (
+        lambda: ir.thickness.simulate("late", sides="menisci"),
+        "sides",
+        '"menisci"',
+        "left out for a bubble, which has none",
+        "",
+    ),
+    (
+        lambda: ir.thickness.simulate("late", initial=[[1.0, -2.0]]),
+        "initial",
+        "-2.0",
+        f"{LEAST}, in nm",
+        "at index (0, 1)",
+    ),
+    (lambda: ir.thickness.lens_gap(1000.0).at_radius([1.0, -1.0]), "distance_mm", "-1.0", ">= 0", "at index (1,)"),
     (
         lambda: ir.ColorTable(FILM, (0.0, 400.0)).color([100.0, 500.0]),
         "thickness_nm",

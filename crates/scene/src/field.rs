@@ -159,7 +159,7 @@ impl ThicknessField {
                 .to_owned());
         };
         let max_nm = thickness_nm.iter().fold(0.0, |most: f64, nm| most.max(f64::from(*nm)));
-        let model = ThicknessModel::uniform(max_nm).map_err(|e| e.message)?;
+        let model = ThicknessModel::uniform(max_nm).map_err(|e| e.rule())?;
         let uv = UvMap::default();
         Ok(ThicknessField { model, laid: Laid::Vertex, max_nm, uv, needs_place: true, instances: Vec::new() })
     }

@@ -95,9 +95,9 @@ class ThicknessModel:
         if self._kind not in ("uniform", *(kind for kind, own in _METHODS.items() if own == method)):
             raise ValueError(f"a {self._kind} is not asked by {method}; use {_METHODS[self._kind]}")
         places = array(name, values)
-        refuse_where(~np.isfinite(places), places, f"{name} must be finite")
+        refuse_where(~np.isfinite(places), places, name, "finite")
         if method == "at_radius":
-            refuse_where(places < 0.0, places, f"{name} must be >= 0")
+            refuse_where(places < 0.0, places, name, ">= 0")
         shape = places.shape
         if method == "at_point":
             if places.ndim == 0 or shape[-1] != 3:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from iridesce import _core
 from iridesce._progress import Tell, Told, check_progress, watched
 from iridesce.arguments.refusals import Words, refusal
-from iridesce.arguments.scalars import number, whole
+from iridesce.arguments.scalars import allowed_range, number, whole
 from iridesce.thickness.thickness_map import ThicknessMap, array, refuse_where
 
 _MAX_SEED = 2**64 - 1
@@ -299,7 +299,8 @@ def _initial(initial: ThicknessMap | ArrayLike | None, parameters: dict[str, flo
     values = initial.thickness_nm if isinstance(initial, ThicknessMap) else array("initial", initial)
     if values.ndim != 2 or 0 in values.shape:
         raise ValueError(f"initial must have the shape (rows, columns), both >= 1, got {values.shape}")
-    refuse_where(~(np.isfinite(values) & (values >= 0.0)), values, "initial must be finite and >= 0, in nm")
+    allowed = f"{allowed_range(0.0, math.inf, True)}, in nm"
+    refuse_where(~(np.isfinite(values) & (values >= 0.0)), values, "initial", allowed)
     if not values.any():
         raise ValueError("initial must hold some liquid, got 0.0 everywhere")
     return _core.ThicknessMap(np.ascontiguousarray(values))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
+from iridesce.arguments.operands import place
 from iridesce.arguments.refusals import refusal
 from iridesce.arguments.scalars import file_name, number
 from iridesce.files.report import ReadReport, of_core
@@ -75,7 +76,7 @@ class ThicknessMap:
         """
         across, up = array("u", u), array("v", v)
         for name, values in (("u", across), ("v", up)):
-            refuse_where(~np.isfinite(values), values, f"{name} must be finite")
+            refuse_where(~np.isfinite(values), values, name, "finite")
         try:
             across, up = np.broadcast_arrays(across, up)
         except ValueError:
@@ -300,8 +301,8 @@ def array(name: str, values: ArrayLike) -> NDArray[np.float64]:
         raise refusal(name, "real numbers", values) from None
 
 
-def refuse_where(wrong: NDArray[np.bool_], values: NDArray[np.float64], rule: str) -> None:
+def refuse_where(wrong: NDArray[np.bool_], values: NDArray[np.float64], name: str, allowed: str) -> None:
     """Names the first value that breaks a rule, and its place."""
     if wrong.any():
         at = tuple(int(i) for i in np.argwhere(wrong)[0])
-        raise ValueError(f"{rule}, got {values[at]}{f' at index {at}' if at else ''}")
+        raise refusal(name, allowed, values[at].item(), place(at))

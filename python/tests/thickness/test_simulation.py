@@ -327,7 +327,7 @@ def test_a_film_starts_from_a_given_thickness(tmp_path: Path) -> None:
     nan = [[1.0, float("nan")]]
     for bad, part in [
         ({"initial": [1.0, 2.0]}, r"initial must have the shape \(rows, columns\), both >= 1, got \(2,\)"),
-        ({"initial": nan}, r"initial must be finite and >= 0, in nm, got nan at index \(0, 1\)"),
+        ({"initial": nan}, r"initial must be >= 0 and finite, in nm, got nan at index \(0, 1\)"),
         ({"initial": [[-1.0]]}, r"got -1\.0 at index \(0, 0\)"),
         ({"initial": [[0.0]]}, "must hold some liquid"),
         ({"initial": "soup"}, "initial must be real numbers"),
