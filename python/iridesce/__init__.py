@@ -15,6 +15,7 @@ if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines b
     from iridesce import thickness as thickness
     from iridesce._core import __version__ as __version__
     from iridesce.color.color_table import ColorTable as ColorTable
+    from iridesce.errors import ArgumentError as ArgumentError
     from iridesce.errors import ResourceError as ResourceError
     from iridesce.errors import SceneError as SceneError
     from iridesce.exchange import export as export
@@ -50,6 +51,7 @@ _HOME = {
     "Layer": "stack",
     "Stack": "stack",
     "Scene": "scene",
+    "ArgumentError": "errors",
     "SceneError": "errors",
     "ResourceError": "errors",
     "fit_thickness": "inverse.fit",

@@ -18,7 +18,7 @@ class ArgumentError(ValueError):
     >>> film = ir.Stack(["air", ir.Layer("soap", thickness_nm=320.0), "air"])
     >>> try:
     ...     film.reflectance([550.0, -1.0])
-    ... except ir.errors.ArgumentError as error:
+    ... except ir.ArgumentError as error:
     ...     print(error, [error.argument, error.allowed, error.given, error.place], sep="\\n")
     wavelength_nm must be > 0 and finite, got -1.0 at index (1,)
     ['wavelength_nm', '> 0 and finite', '-1.0', 'at index (1,)']

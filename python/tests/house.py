@@ -55,7 +55,7 @@ MODULE_ORDER: dict[str, list[str]] = {
 # What stands at the top of `python/iridesce`, from the ground up: each may use the ones before it. "iridesce" is the
 # face: the names that `import iridesce` offers.
 PACKAGE_ORDER = [
-    *("_core", "_interrupts", "_moved", "errors", "_progress", "_notebook", "arguments", "files"),
+    *("_core", "_interrupts", "_moved", "errors", "arguments", "_progress", "_notebook", "files"),
     *("optics", "_picture_files", "image", "color", "stack", "thickness", "scene", "rendering"),
     *("plot", "inverse", "exchange", "sweeping"),
     *("page", "notebooks"),
