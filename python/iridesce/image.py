@@ -84,7 +84,7 @@ class Image:
             else _plane("thickness_nm", thickness_nm, size, None),
             "normal": np.zeros((*size, 3), np.float32) if normal is None else _plane("normal", normal, size, 3),
         }
-        self._set(xyz_, planes, {}, dict(metadata or {}))
+        self._set(xyz_, planes, {}, _copied(dict(metadata or {})))
 
     @classmethod
     def _of_render(cls, xyz: _Floats, planes: _Planes, spectral: _Planes, facts: dict[str, Any]) -> Image:
@@ -203,10 +203,10 @@ class Image:
 
     @property
     def scene(self) -> dict[str, Any] | None:
-        """The scene that was rendered, as the dict of ``metadata["scene"]``: ``ir.render(image.scene)`` repeats it. None of
-        pictures that know of none."""
+        """The scene that was rendered, as the dict of ``metadata["scene"]``: ``ir.render(image.scene)`` repeats it (a new
+        dict at each call, all the way down). None of pictures that know of none."""
         scene = self._facts.get("scene")
-        return dict(scene) if isinstance(scene, dict) else None
+        return _copied(scene) if isinstance(scene, dict) else None
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -225,7 +225,7 @@ class Image:
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """How the picture was made, and how it was last developed (a new dict at each call).
+        """How the picture was made, and how it was last developed (a new dict at each call, all the way down).
 
         Of a render: ``samples``, ``seed``, ``seconds`` (wall time of the rendering), ``threads``, ``backend``, ``simd``
         (the instruction set: the same bytes are promised for the same one), ``version``, and ``scene``, the whole scene
@@ -239,7 +239,7 @@ class Image:
         """
         if self._developed is None:
             self._develop("srgb", self._stops("auto"), "hue")
-        return {**self._facts, **(self._developed or {})}
+        return _copied({**self._facts, **(self._developed or {})})
 
     def rgb(self, space: str = "srgb", exposure: float | str = 0.0, gamut: str = "hue") -> _Floats:
         """The picture for a display: encoded RGB in [0, 1], float32, (height, width, 3).
@@ -430,6 +430,15 @@ def _plane(name: str, values: npt.ArrayLike, size: tuple[int, int] | None, depth
     elif array.shape != (*size, *last):
         raise refusal(name, f"of shape {(*size, *last)} like xyz", Words(f"shape {array.shape}"))
     return array
+
+
+def _copied(value: Any) -> Any:
+    """The same plain value with dicts, lists, tuples and arrays of its own."""
+    if isinstance(value, dict):
+        return {key: _copied(part) for key, part in value.items()}
+    if type(value) in (list, tuple):
+        return type(value)(_copied(part) for part in value)
+    return value.copy() if isinstance(value, np.ndarray) else value
 
 
 def _is_real(value: object) -> bool:

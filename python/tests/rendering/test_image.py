@@ -738,3 +738,32 @@ def test_a_disk_that_fills_up_at_the_last_byte(name, image, tmp_path):
         assert names_in(tmp_path) == [name]
     assert save_within(len(whole)) == ""
     assert (tmp_path / name).read_bytes() == whole
+
+
+def test_what_is_told_of_a_picture_is_the_callers_and_the_picture_stays(tmp_path: Path) -> None:
+    image = ir.render("soap-bubble", samples=1, size=(4, 3))
+    image.save(tmp_path / "film.exr")
+    given = {"scene": {"camera": {"position": [0.0, 0.0, 16.0]}}, "note": [1, (2, [3]), np.arange(2)]}
+    made = ir.Image(np.ones((1, 1, 3)), metadata=given)
+    for picture in (image, ir.Image.load(tmp_path / "film.exr"), made):
+        before = repr(picture.scene), repr(picture.metadata)
+        for scene in (picture.scene, picture.metadata["scene"]):
+            assert scene is not None
+            scene["camera"]["position"][2] = 99.0
+            scene["camera"]["fov_deg"] = 1.0
+            scene.clear()
+        assert (repr(picture.scene), repr(picture.metadata)) == before
+    given["scene"]["camera"]["position"].append(7.0)  # type: ignore[index]
+    given["note"][1][1].append(4)  # type: ignore[index]
+    given["note"][2][0] = 5  # type: ignore[index]
+    made.metadata["note"][2][0] = 6
+    assert (repr(made.scene), repr(made.metadata)) == before
+
+
+def test_a_render_keeps_the_scene_that_it_was_of() -> None:
+    tree = ir.Scene.load("soap-bubble").to_dict()
+    image = ir.render(tree, samples=1, size=(4, 3))
+    before = repr(image.scene)
+    tree["camera"]["position"][0] = 50.0
+    tree["object"][0]["surface"].clear()
+    assert repr(image.scene) == before
