@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from iridesce._interrupts import kept_interrupts
+from iridesce._interrupts import keep_in_submodules, kept_interrupts
 from iridesce._moved import keep_old_names
 
 if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines below
@@ -42,6 +42,7 @@ if TYPE_CHECKING:  # for editors and type checkers, which do not run the lines b
     from iridesce.sweeping import SweepResult as SweepResult
     from iridesce.sweeping import sweep as sweep
 
+keep_in_submodules("iridesce")
 keep_old_names()
 
 # Names are imported on first use (PEP 562), so that `iridesce --help` and small scripts start at once.

@@ -9,9 +9,12 @@ from __future__ import annotations
 
 import contextlib
 import signal
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterator, Sequence
+from importlib.machinery import ModuleSpec, SourceFileLoader
+from types import ModuleType
 
-__all__ = ["kept_interrupts"]
+__all__ = ["keep_in_submodules", "kept_interrupts"]
 
 
 @contextlib.contextmanager
@@ -54,3 +57,35 @@ def kept_interrupts(answered: bool = False) -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if heard and not answered:
         raise KeyboardInterrupt
+
+
+class _Loader(SourceFileLoader):
+    def exec_module(self, module: ModuleType) -> None:
+        with kept_interrupts():
+            super().exec_module(module)
+
+
+class _Finder:
+    """Finds modules of a package as all others do, and has them loaded within `kept_interrupts`."""
+
+    def __init__(self, package: str) -> None:
+        self._inside = f"{package}."
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if not name.startswith(self._inside):
+            return None
+        for finder in sys.meta_path:
+            find = getattr(finder, "find_spec", None)
+            spec: ModuleSpec | None = None if find is None or finder is self else find(name, path, target)
+            if spec is not None:
+                if type(spec.loader) is SourceFileLoader:
+                    spec.loader = _Loader(spec.loader.name, spec.loader.path)
+                return spec
+        return None
+
+
+def keep_in_submodules(package: str) -> None:
+    """Any module of a package may be the first that a program imports, and so the one that imports numpy."""
+    sys.meta_path.insert(0, _Finder(package))

@@ -200,9 +200,12 @@ while True:
     [
         ["-c", "import iridesce as ir; ir.Stack"],
         ["-c", "from iridesce import color"],
+        ["-c", "import iridesce.image"],
+        ["-c", "from iridesce.optics.medium import Medium"],
+        ["-c", "import pickle; pickle.loads(b'ciridesce.medium\\nMedium\\n.')"],
         ["-c", "from iridesce.cli.entry import main; main()", "color", "air / soap 320 / air"],
     ],
-    ids=["name", "module", "verb"],
+    ids=["name", "module", "file", "file of a package", "old name", "verb"],
 )
 @pytest.mark.parametrize("pressed", [True, False])
 def test_ctrl_c_that_an_import_makes_an_error_of_is_a_keyboard_interrupt(
