@@ -161,7 +161,7 @@ fn thin_film_turns_black_by_the_pressure_between_its_faces() {
         println!("black film of {salt} mol/m3: {black_nm:.2} nm");
         assert!((black_nm - wanted_nm).abs() < 0.3, "{black_nm}");
     }
-    assert_eq!(Parameters { salt: 1.0, ..p(1.0) }.check().unwrap_err().key, "salt_mol_m3");
+    assert_eq!(Parameters { salt: 1.0, ..p(1.0) }.check().unwrap_err().argument, "salt_mol_m3");
     // With much salt attraction alone is left, and waves grow at A^2 / (96 pi^2 mu sigma h^5).
     let much = p(300.0);
     let law = |time_s: f64| {

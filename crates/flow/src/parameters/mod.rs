@@ -61,10 +61,8 @@ impl Parameters {
                 return wrong("tilt_deg", "0 for a bubble, which has no frame".into(), &self.tilt_deg);
             }
             Shape::Sphere { .. } if self.bottom_meniscus_m != 0.0 => {
-                return wrong(
-                    "bottom_meniscus_m",
-                    format!("must be 0 for a bubble, whose rim has meniscus_m, got {:?}", self.bottom_meniscus_m),
-                );
+                let allowed = "0 for a bubble, whose rim has meniscus_m";
+                return wrong("bottom_meniscus_m", allowed.into(), &self.bottom_meniscus_m);
             }
             _ => {}
         }
@@ -96,15 +94,9 @@ impl Parameters {
             return wrong("black_nm", allowed, &(self.black_m * 1e9));
         }
         if self.salt > 0.0 && self.black_film_m() > self.black_below_m {
-            return wrong(
-                "salt_mol_m3",
-                format!(
-                    "must be 0 or enough for black film below black_below_nm, {:?}, got {:?}, which has {:.1} nm",
-                    self.black_below_m * 1e9,
-                    self.salt,
-                    self.black_film_m() * 1e9
-                ),
-            );
+            let [below_nm, black_nm] = [self.black_below_m, self.black_film_m()].map(|m| m * 1e9);
+            let allowed = format!("0 or enough for black film below black_below_nm, {below_nm:?}");
+            return wrong("salt_mol_m3", allowed, &format_args!("{:?}, which has {black_nm:.1} nm", self.salt));
         }
         if self.tolerance > 0.1 {
             return wrong("tolerance", "at most 0.1".into(), &self.tolerance);
