@@ -239,7 +239,8 @@ class Image:
         """
         if self._developed is None:
             self._develop("srgb", self._stops("auto"), "hue")
-        return _copied({**self._facts, **(self._developed or {})})
+        told: dict[str, Any] = _copied({**self._facts, **(self._developed or {})})
+        return told
 
     def rgb(self, space: str = "srgb", exposure: float | str = 0.0, gamut: str = "hue") -> _Floats:
         """The picture for a display: encoded RGB in [0, 1], float32, (height, width, 3).
