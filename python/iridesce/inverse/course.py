@@ -90,6 +90,8 @@ class Course:
         self.on_grid = self.films(self.grid)
         self.mean = max(float(self.on_grid.mean()), 1e-9)
         self.tempered, self.learnt = 1.0, False
+        # What is not known of a learnt lamp, of itself: independent curves of size 1 sd, (wavelengths, curves).
+        self.lamp_unknown = np.zeros((wavelength_nm.size, 0))
         # Below this, noise is the rounding of the models.
         self.least_sd = 1e-300
         if light.lamp is not None:
@@ -358,18 +360,59 @@ class Course:
         films, y = self.films(thickness_nm[use]), self.y[use]
         modes = self._columns(_LAMP if self.light.lamp is None else (_KNOWN[0], _LAMP[1]))[:, 1:]
         base = self.lamp if self.light.lamp is not None else self._lamp_of(films, y)
-        lamp, films = self._with_films(base, modes, thickness_nm[use], y)
+        lamp, films, normal = self._with_films(base, modes, thickness_nm[use], y)
         self.lamp, self.bend, self.learnt = lamp, _LEARNT, True
         gains, strays = self._linear(films, y, lamp)
         left = (y - (gains[:, None] * films + strays[:, None]) * lamp) / self.sd
         self.tempered = float(np.median([temper(row) for row in left]))
+        # Neighbours' errors that hang together count once, and what the noise was understated by, counts; the prior stays.
+        excess = self.tempered * max(1.0, float(np.median((left * left).mean(axis=1))))
+        prior = np.eye(modes.shape[1])
+        factor = np.linalg.cholesky(prior + (normal - prior) / excess)
+        self.lamp_unknown = np.linalg.solve(factor, modes.T).T * (base / lamp)[:, None]
         return True
 
-    def _with_films(self, base: Floats, modes: Floats, h: Floats, y: Floats) -> tuple[Floats, Floats]:
-        """The lamp, and the films as they are under it: the most probable of both together, by Gauss and Newton.
+    def sd_of_lamp(self, thickness_nm: Floats) -> Floats:
+        """By how much each thickness is uncertain because the learnt lamp is, nm: one error, common to all spectra.
 
-        One after the other they would creep: what a wrong film leaves, the lamp takes, and that lamp keeps the film wrong. So
-        gain, stray light and thickness of each spectrum are eliminated where the lamp is solved for.
+        A change d of the lamp moves the film of a spectrum by (s.P d) / (s.P s), s the slope of the spectrum with thickness, P
+        what gain, drift and stray light cannot take up. So the variance of the joint posterior of lamp and films is that of
+        the film under a known lamp, which `Found` has, and the sum of these squares (the law of total variance).
+        """
+        out = np.zeros(len(thickness_nm))
+        if not self.lamp_unknown.shape[1]:
+            return out
+        known = np.flatnonzero(np.isfinite(thickness_nm))
+        gain, step = self._gain(), 1e-3 / float(self.rate.max())
+        rows_at_once = max(1, _PASS // (4 * self.nm.size * (self.changes.shape[1] + 1)))
+        for start in range(0, known.size, rows_at_once):
+            rows = known[start : start + rows_at_once]
+            h = thickness_nm[rows]
+            films = self.films(h)
+            below = np.maximum(h - step, 0.0)
+            slopes = (self.films(h + step) - self.films(below)) / (h + step - below)[:, None]
+            columns, mean = self._design(films, gain)
+            size = columns.shape[1]
+            normal = columns @ columns.transpose(0, 2, 1)
+            normal[:, range(size), range(size)] += 1.0
+            left = self.y[rows] / self.sd - mean
+            theta = np.linalg.solve(normal, (columns @ left[:, :, None]))[:, :, 0]
+            part = theta[:, : self.changes.shape[1]]
+            response = gain * self.lamp / self.sd * (1.0 + part @ self.changes.T)
+            light = mean + np.einsum("tcn,tc->tn", columns, theta)
+            moved = response * slopes
+            taken = np.linalg.solve(normal, (columns @ moved[:, :, None]))[:, :, 0]
+            seen = moved - np.einsum("tcn,tc->tn", columns, taken)
+            size_of = np.maximum((seen * moved).sum(axis=1), 1e-300)
+            out[rows] = np.linalg.norm((seen * light) @ self.lamp_unknown, axis=1) / size_of
+        return out
+
+    def _with_films(self, base: Floats, modes: Floats, h: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
+        """The lamp, the films as they are under it, and the normal matrix of the lamp, by Gauss and Newton.
+
+        Lamp and films are the most probable of both together. One after the other they would creep: what a wrong film leaves,
+        the lamp takes, and that lamp keeps the film wrong. So gain, stray light and thickness of each spectrum are eliminated
+        where the lamp is solved for.
         """
         lamp, films = base, self.films(h)
         low, high = self.bounds
@@ -408,7 +451,7 @@ class Course:
             h = np.clip(h + np.clip(moved, -reach, reach), low, high)
             films = self.films(h)
         # Known up to its size: that of the first lamp.
-        return lamp, films
+        return lamp, films, normal
 
     def _lamp_of(self, films: Floats, y: Floats) -> Floats:
         """The smooth lamp under which these films look like these spectra."""

@@ -18,7 +18,7 @@ from iridesce import _core
 from iridesce.arguments.operands import Floats
 
 # How far along the wavelengths a lamp, a mirror or a detector keeps its size (nm), and by how much it changes.
-LENGTHS_NM = (20.0, 50.0, 120.0)
+LENGTHS_NM = (20.0, 32.0, 50.0, 120.0)
 BENDS = (0.05, 0.3)
 # What is neither film nor lamp: curves finer than any lamp.
 _OTHER_LENGTHS_NM = (5.0, 10.0)
@@ -162,7 +162,7 @@ class Engine:
         every = self.films(spectrum)
         curves, bend, stray = every.rows[:, 0], every.rows[:, 3], every.rows[:, 4]
         flat = (bend == 0.0) | (self.light.gain is not None)
-        few = flat | ((bend == bend.max()) & (curves < 2) & (stray == stray.max()))
+        few = flat | ((bend == bend.max()) & (curves < 3) & (stray == stray.max()))
         return every.only(np.flatnonzero(few))
 
     def scan(self) -> Explanations:

@@ -249,7 +249,7 @@ def _answer(
 ) -> SeriesResult:
     best, mass = _best(course, belief, found)
     place = belief.argmax(axis=1)
-    sd = found.sd_nm[np.arange(len(best)), place]
+    sd = np.hypot(found.sd_nm[np.arange(len(best)), place], course.sd_of_lamp(best))
     half = student(probability, 1e6) * np.hypot(sd, tolerance * best)
     low, high = course.bounds
     at_end = (best <= low + 1e-6) | (best >= high - 1e-6)

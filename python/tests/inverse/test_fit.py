@@ -237,6 +237,17 @@ def test_a_lamp_alone_is_no_clear_film() -> None:
     assert result.verdict in ("none", "ambiguous") and all(one.weight < 0.95 for one in result)
 
 
+def test_a_lamp_with_bumps_between_two_lengths_is_no_film() -> None:
+    """Curves of 20 and of 50 nm describe bumps of 21 and 26 nm badly: with these alone 668 nm of soap were "clear"."""
+    nm = np.arange(450.0, 850.0, 2.6)
+    light = np.exp(-(((nm - 648.0) / 376.0) ** 2))
+    for size, where, width in ((0.29, 725.0, 25.5), (0.38, 527.0, 21.0)):
+        light = light * (1.0 + size * np.exp(-0.5 * ((nm - where) / width) ** 2))
+    noise = 200.0 * (0.3 + np.sqrt(light)) * np.random.default_rng(1).standard_normal(nm.size)
+    result = ir.fit_thickness(nm, 2e4 * light + noise, "air / soap ? / air", thickness_range_nm=(1.0, 3000.0))
+    assert result.verdict in ("none", "ambiguous") and result.no_film > 0.1
+
+
 def test_noisy_ends_count_less() -> None:
     random = np.random.default_rng(5)
     values = clean("air / SiO2 ? / Si", 700.0)

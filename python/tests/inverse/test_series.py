@@ -12,6 +12,8 @@ import pytest
 
 import iridesce as ir
 from conftest import Run
+from iridesce.inverse.course import Course, Light
+from iridesce.inverse.model import read_problem
 
 Floats = npt.NDArray[np.float64]
 NM = np.arange(450.0, 850.0, 4.0)
@@ -72,6 +74,39 @@ def test_intervals_hold_the_truth(thinning: tuple[Floats, Any]) -> None:
     assert ((low <= h[part]) & (h[part] <= high)).mean() > 0.85
     wide = fit(counts(h)[:40], index_tolerance=0.01)
     assert np.nanmedian(np.ptp(wide.interval_nm, axis=1)) > 2.0 * np.nanmedian(np.ptp(series.interval_nm[:40], axis=1))
+
+
+def course(h: Floats, seed: int) -> Course:
+    """Spectra of these films under a lamp that is learnt from them, the films known."""
+    spectra = counts(h, seed)
+    problem = read_problem(SOAP, None, None, "reflectance", 0.0, "unpolarized")
+    one = Course(problem, NM, spectra, np.full(NM.size, 30.0), Light(None, None, True), (1.0, 2500.0), 0.0)
+    assert one.learn(h, np.ones(h.size, dtype=bool))
+    return one
+
+
+def test_a_learnt_lamp_is_as_uncertain_as_it_says() -> None:
+    """Lamps learnt from the same films under other noise scatter by what `lamp_unknown` says, up to their size."""
+    h = np.linspace(1300.0, 1100.0, 8)
+    learnt = [course(h, seed) for seed in range(24)]
+    lamps = np.array([one.lamp for one in learnt])
+    seen = np.std(lamps / lamps.mean(axis=0) / (lamps / lamps.mean(axis=0)).mean(axis=1)[:, None], axis=0)
+    told = learnt[0].lamp_unknown
+    told = np.linalg.norm(told - told.mean(axis=0), axis=1)
+    assert 0.8 < np.median(seen / told) < 1.2, np.median(seen / told)
+
+
+def test_films_move_with_the_lamp_as_their_intervals_say() -> None:
+    """Each unknown change of the lamp, put into it by hand, moves the film found as `sd_of_lamp` sums."""
+    h = np.linspace(1300.0, 1100.0, 8)
+    one = course(h, 3)
+    found = one.candidates().thickness_nm[:, 0]
+    told, lamp = one.sd_of_lamp(found), one.lamp
+    moved = []
+    for change in one.lamp_unknown.T:
+        one.lamp = lamp * (1.0 + change)
+        moved.append(one.candidates().thickness_nm[:, 0] - found)
+    np.testing.assert_allclose(np.linalg.norm(moved, axis=0), told, rtol=0.15)
 
 
 def test_a_series_is_kept_and_shown(thinning: tuple[Floats, Any], tmp_path: Path) -> None:
