@@ -139,6 +139,9 @@ class CameraCalibration:
         usable &= np.isfinite(known)
         if not usable.any() or (known[usable] < 0.0).any():
             raise ValueError("thickness_nm must be >= 0, and known somewhere that is not masked")
+        seen = picture.pixels[usable]
+        if (np.ptp(seen, axis=0) <= 1e-6 * np.abs(seen).max(axis=0, initial=0.0)).any():
+            raise ValueError("a channel of the picture has one value throughout: it shows no film")
         gap = _contact_gap(problem, picture, known, usable, _not_negative) if place is not None else 0.0
         best = _fit(problem, picture, known + gap, usable)
         if best.is_signed and place is not None:

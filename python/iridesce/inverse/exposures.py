@@ -20,8 +20,13 @@ _COARSE, _SAMPLED = 512, 2048
 _TIED = 30.0
 # Other exposures, cameras and lamps that are held against the best one.
 _RIVALS = 8
-# Doubt: misfit (residuals over what they should be) and bias (what residuals of one thickness have in common, over their noise).
-_MISFIT, _BIAS = 3.0, 0.5
+# Residuals of a model that is off by this many of the standard deviations that it is allowed (`Shot.unknown`) are doubted.
+_OFF = 2.0
+# What is left of an error that is the same for all pixels of one thickness, where gain and thickness have taken two of three
+# channels up: a third of its variance.
+_LEFT = 1.0 / 3.0
+# And what a mean over `_SAMPLED` pixels in 24 parts of the range has by chance, of the noise's variance: three sd of chi square.
+_CHANCE = 0.006
 
 
 @dataclass(frozen=True)
@@ -120,13 +125,26 @@ def agreed(
     return mean.astype(np.float32)[of_pixel]
 
 
-def doubts(best: Exposed, grows: bool) -> list[str]:
-    """Why no order of the picture is sure."""
+def doubts(shot: Shot, best: Exposed, grows: bool) -> list[str]:
+    """Why no order of the picture is sure.
+
+    Residuals are told in units of what noise n and the unknown u of the model come to, sqrt(n^2 + u^2) = 1. Noise alone leaves n;
+    a model that is off by `_OFF` of its sd leaves n^2 + (`_OFF` u)^2, squared; and pixels of one thickness have u^2 / 3 in
+    common where it is off by one.
+    """
+    _, pixels, _ = shot.sample(_SAMPLED)
+    values = np.maximum(np.where(np.isfinite(pixels), pixels, 0.0), 0.0).astype(np.float64)
+    noise = shot.noise[:, 0] + shot.noise[:, 1] * values
+    of_noise = float(np.mean(noise / (noise + (shot.unknown * values) ** 2)))
+    most = math.sqrt(of_noise + _OFF**2 * (1.0 - of_noise))
+    alike = math.sqrt(_LEFT * (1.0 - of_noise) + _CHANCE)
     found = []
-    if best.misfit > _MISFIT:
-        found.append(f"the best camera and lamp leave {best.misfit:.2g} times the noise")
-    if best.bias > _BIAS:
-        found.append(f"pixels of one thickness miss the model by {best.bias:.2g} of their noise, all alike")
+    if best.misfit > most:
+        found.append(
+            f"the best camera and lamp leave {best.misfit:.2g} of what noise and model may, at most {most:.2g}"
+        )
+    if best.bias > alike:
+        found.append(f"pixels of one thickness miss the model by {best.bias:.2g} of it, all alike, at most {alike:.2g}")
     if grows:
         found.append("errors of neighbours hang together over the whole picture")
     words = "; ".join(found)

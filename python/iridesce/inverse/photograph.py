@@ -139,7 +139,7 @@ def solve(
         tied = anchors == ANCHORS.index("tie point")
         confidence[tied] = np.maximum(confidence[tied], 0.98)
     scale = _scale(setup, shot)
-    doubted = doubts(best, grows)
+    doubted = doubts(shot, best, grows)
     if doubted:
         notes += doubted
         confidence = np.minimum(confidence, np.float32(_DOUBT))

@@ -101,6 +101,7 @@ def test_a_contact_gap_is_found(rings: tuple[Floats, Floats]) -> None:
         ({"thickness_nm": np.full((160, 200), -5.0)}, "must be >= 0"),
         ({"thickness_nm": np.full((160, 200), 300.0)}, "spans 0 nm"),
         ({"thickness_nm": np.random.default_rng(1).uniform(0.0, 3000.0, (160, 200))}, "does not show this film"),
+        ({"image": np.full((160, 200, 3), 0.3)}, "one value throughout"),
         ({"stack": "N-BK7 / air ? / SiO2 ? / N-BK7"}, "one unknown thickness"),
         ({"mask": np.ones((160, 200), dtype=bool)}, "leave no pixel"),
     ],
@@ -108,7 +109,7 @@ def test_a_contact_gap_is_found(rings: tuple[Floats, Floats]) -> None:
 def test_what_cannot_calibrate_is_refused(rings: tuple[Floats, Floats], change: dict[str, Any], words: str) -> None:
     given: dict[str, Any] = {"stack": GAP, "thickness_nm": rings[1], **change}
     with pytest.raises(ValueError, match=words):
-        ir.CameraCalibration.from_known(rings[0], **given)
+        ir.CameraCalibration.from_known(given.pop("image", rings[0]), **given)
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[1]", '{"format": "iridesce camera calibration"}', "{" * 9000])

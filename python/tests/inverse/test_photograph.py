@@ -202,10 +202,12 @@ def test_blind_finds_the_order_and_says_that_its_scale_is_uncertain() -> None:
     assert mapped(photograph(nm)).scale_interval[1] - 1.0 < 0.015
 
 
-@pytest.mark.parametrize("lamp", ["A", "FL11"])
-def test_a_wrong_lamp_is_told(lamp: str) -> None:
+@pytest.mark.parametrize(("lamp", "noise"), [("A", 0.01), ("A", 0.05), ("FL11", 0.01)])
+def test_a_wrong_lamp_is_told(lamp: str, noise: float) -> None:
+    """In noise, too, where what the lamp leaves is less than half of it; the right lamp is sure there."""
     nm = draining()
-    found = mapped(photograph(nm, lamp=lamp))
+    found = mapped(photograph(nm, lamp=lamp, noise=noise))
+    assert mapped(photograph(nm, noise=noise)).sure > 0.95
     assert found.sure == 0.0
     assert any("no order is sure" in note for note in found.notes)
 
