@@ -338,3 +338,40 @@ def test_no_file_names_the_machine_it_was_written_on() -> None:
         if path.is_file() and path != Path(__file__) and pattern.search(path.read_bytes()):
             wrong.append(name)
     assert wrong == []
+
+
+# --- length of files
+
+MOST_LINES = 500
+
+
+def lines_of(file: Path) -> int:
+    """Lines without a Rust file's own tests, which are a list of cases at its end."""
+    return len(file.read_text(encoding="utf-8").split("#[cfg(test)]\nmod tests {")[0].splitlines())
+
+
+def long_files(root: Path) -> set[str]:
+    """Sources past 500 lines; files of tests are lists of cases and are not asked."""
+    places = ("crates/*/src/**/*.rs", "python/iridesce/**/*.py", "tools/**/*.py", "bench/**/*.py", "web/src/**/*.ts")
+    files = (file for place in places for file in root.glob(place) if file.stem != "tests")
+    return {file.relative_to(root).as_posix() for file in files if lines_of(file) > MOST_LINES}
+
+
+def test_a_file_past_500_lines_has_its_reason_in_architecture() -> None:
+    text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8").split("## Long files")[1].split("\n## ")[0]
+    reasons = dict(re.findall(r"^\| `([^`]+)` \| (.{20,}) \|$", text, re.MULTILINE))
+    assert long_files(ROOT) - set(reasons) == set(), "does it hold two ideas? part it, or say why not"
+    assert [name for name in reasons if not (ROOT / name).is_file()] == []
+
+
+def test_a_long_file_is_seen(tmp_path: Path) -> None:
+    for name, text in {
+        "crates/a/src/b/long.rs": "x\n" * 501,
+        "crates/a/src/tested.rs": "x\n" * 500 + "#[cfg(test)]\nmod tests {\n" + "y\n" * 9,
+        "crates/a/src/b/tests.rs": "x\n" * 900,
+        "python/iridesce/p/q.py": "x\n" * 502,
+        "python/tests/test_q.py": "x\n" * 900,
+    }.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    assert long_files(tmp_path) == {"crates/a/src/b/long.rs", "python/iridesce/p/q.py"}
