@@ -1,4 +1,4 @@
-"""Draw docs/images/living-films.png: films of four presets as time passes, seen from the side.
+"""Draw docs/images/living-films.png: films of three presets as time passes, seen from the side.
 
 Run from the root of the repository: python tools/pictures/living_films.py
 """
@@ -17,7 +17,6 @@ SHOWN = {
     "bubble-on-bath-time-lapse": (0.25, 0.75, 1.5, 2.0, 2.5),
     "late": (0.25, 1.0, 2.0, 4.0, 6.0),
     "free-bubble": (0.1, 0.25, 0.5, 1.0, 2.0),
-    "giant-bubble": (0.25, 0.5, 1.0, 1.5, 2.0),
 }
 SIZE = 180
 ROOM = 8
@@ -26,8 +25,8 @@ WHITE = 0.18
 
 
 def colors() -> np.ndarray:
-    """Linear sRGB of a film from 0 to 9000 nm in steps of 1 nm."""
-    film = ir.Layer("soap", thickness_nm=np.arange(9001.0))
+    """Linear sRGB of a film from 0 to 4000 nm in steps of 1 nm."""
+    film = ir.Layer("soap", thickness_nm=np.arange(4001.0))
     return np.asarray(ir.Stack(["air", film, "air"]).color(space="linear-srgb"))
 
 
@@ -55,9 +54,9 @@ def main() -> None:
         balls = []
         for frame in film:
             if any(abs(frame.time_s - time) < 1e-9 for time in times):
-                balls.append(view(film.map(), "giant" not in preset and "free" not in preset, table))
+                balls.append(view(film.map(), "free" not in preset, table))
         row = np.concatenate([np.pad(ball, ((ROOM, ROOM), (ROOM, ROOM), (0, 0))) for ball in balls], axis=1)
-        rows.append(row[: SIZE // 2 + 2 * ROOM] if "free" not in preset and "giant" not in preset else row)
+        rows.append(row[: SIZE // 2 + 2 * ROOM] if "free" not in preset else row)
     imsave(Path("docs/images/living-films.png"), np.concatenate(rows).clip(0.0, 1.0))
 
 
