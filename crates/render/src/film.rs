@@ -21,8 +21,9 @@ pub const EXP2_PER_HALF_TURN: f32 = std::f32::consts::PI * std::f32::consts::LOG
 /// two denominators, down to (2 cos^2)^4 without contrast, would leave the range of f32. R there is 1 to 1e-7.
 pub const SMALLEST_COS: f32 = 1e-4;
 
-/// Optical path difference beyond which single precision does not hold the phase, nm: 1e-4 of a fringe at the violet end.
-const SINGLE_NM: f64 = 200_000.0;
+/// Optical path difference beyond which single precision does not hold the phase, nm: 2e-4 of a fringe at the violet end.
+/// No continuous light shows fringes that far, so that double precision is for lines alone.
+const SINGLE_NM: f64 = 400_000.0;
 /// Phases of a mean over all of them. Echoes beyond the 32nd are lost: 1e-3 of the light where a face mirrors 80 % of it.
 const PHASES: usize = 32;
 
