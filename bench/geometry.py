@@ -99,6 +99,11 @@ def best_s(tree: dict[str, Any], samples: int, threads: int, repeats: int) -> tu
     return min(took), covered
 
 
+def enough(size: int) -> int:
+    """Samples a pixel that stand out of the preparing, which is taken off."""
+    return max(8, 2**23 // size**2)
+
+
 def rays(view: dict[str, Any], count: int, seed: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Origins and directions of rays such as the camera's, pixel after pixel."""
     rng = np.random.default_rng(seed)
@@ -137,10 +142,7 @@ def embree(job: tuple[dict[str, Any], int, int]) -> tuple[int, float]:
 def mesh(arguments: argparse.Namespace, folder: Path) -> None:
     points, faces = bumpy_sphere(SIDES)
     write_ply(folder / "bumpy.ply", points, faces)
-    size, samples = (
-        arguments.size,
-        max(1, 2**24 // arguments.size**2),
-    )  # enough to stand out of the preparing, which is taken off
+    size, samples = arguments.size, 2 * enough(arguments.size)
     print(f"\n{len(faces)} triangles, {arguments.threads} threads\n")
     print("| rays | Mrays/s | covered | one sphere | embreex | ratio |\n|---|---|---|---|---|---|")
     for name, view in VIEWS.items():
@@ -174,7 +176,7 @@ def spheres(arguments: argparse.Namespace, folder: Path) -> None:
     print("\n| spheres | as | covered | ns a camera sample | against 1 000 |\n|---|---|---|---|---|")
     view = {"position": [0.0, 0.0, 9.0], "orthographic_height": 2.0}
     glow = {"emitter": {"illuminant": "E", "radiance": 1.0}}
-    for way in ("objects", "instances"):
+    for way in ("instances", "objects"):
         first = 0.0
         for count in (1_000, 10_000, 100_000):
             rows = placed(count, float(np.sqrt(2.8 / (np.pi * count))), 7)  # 1 - exp(-0.7) of the view
@@ -193,8 +195,8 @@ def spheres(arguments: argparse.Namespace, folder: Path) -> None:
                     }
                     for i, row in enumerate(rows)
                 ]
-            took, covered = best_s(tree, 8, arguments.threads, arguments.repeats)
-            each = took * 1e9 / (arguments.size**2 * 8)
+            took, covered = best_s(tree, enough(arguments.size), arguments.threads, arguments.repeats)
+            each = took * 1e9 / (arguments.size**2 * enough(arguments.size))
             first = first or each
             print(f"| {count} | {way} | {covered:.2f} | {each:.0f} | {each / first:.2f} |", flush=True)
 
@@ -230,9 +232,10 @@ def instances(arguments: argparse.Namespace, folder: Path) -> None:
         np.save(folder / f"many-{count}.npy", placed(count, float(np.sqrt(2.8 / (np.pi * count))), 7))
         tree = scene({"mesh": {"file": "small.ply"}}, view, arguments.size, instances={"file": f"many-{count}.npy"})
         told = drawn(tree, 1, arguments.threads, folder)
-        took, _ = best_s(tree, 8, arguments.threads, arguments.repeats)
+        took, _ = best_s(tree, enough(arguments.size), arguments.threads, arguments.repeats)
         print(
-            f"| {count} | {told['s']:.2f} | {told['mb']:.0f} | {took * 1e9 / (arguments.size**2 * 8):.0f} |", flush=True
+            f"| {count} | {told['s']:.2f} | {told['mb']:.0f} | {took * 1e9 / (arguments.size**2 * enough(arguments.size)):.0f} |",
+            flush=True,
         )
 
 
