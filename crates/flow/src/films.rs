@@ -37,7 +37,7 @@ impl FilmRun {
     /// ```
     /// use iridesce_flow::FilmRun;
     /// assert_eq!(FilmRun::new("late", 7, None)?.parameters().columns, 384);
-    /// assert_eq!(FilmRun::new("late", 7, Some(7)).unwrap_err().key, "columns");
+    /// assert_eq!(FilmRun::new("late", 7, Some(7)).unwrap_err().argument, "columns");
     /// # Ok::<(), iridesce_thickness::ThicknessError>(())
     /// ```
     pub fn new(preset: &str, seed: u64, columns: Option<usize>) -> Result<FilmRun, ThicknessError> {
