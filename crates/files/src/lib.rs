@@ -1,5 +1,6 @@
 //! Files: read whole within limits, decoded, encoded, written whole or not at all. Knows no scenes and draws nothing.
 
+mod aside;
 mod axis;
 mod color_table;
 mod environment;
@@ -29,6 +30,7 @@ mod text;
 mod whole;
 mod words;
 
+pub use aside::{NoAnswer, aside};
 pub use color_table::{ReadTable, color_tables_bytes, read_color_tables, write_color_tables};
 pub use environment::{
     EnvironmentMap, MAX_ENVIRONMENT_BYTES, MAX_RADIANCE, decode as read_environment, decode_environment,

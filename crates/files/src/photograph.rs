@@ -3,27 +3,22 @@
 //! PNG and JPEG are decoded by their ICC profile where it is one of primaries and curves, else as sRGB; TIFF of 16 bits,
 //! OpenEXR, Radiance HDR and NPY are linear as they stand. Orientation is obeyed everywhere.
 
+mod jpeg;
+
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use iridesce_numerics::Watch;
 use tiff::decoder::DecodingResult;
-use zune_jpeg::JpegDecoder;
-use zune_jpeg::zune_core::bytestream::ZCursor;
-use zune_jpeg::zune_core::colorspace::ColorSpace;
-use zune_jpeg::zune_core::options::DecoderOptions;
 
 use crate::environment;
 use crate::grid::{MapChoice, png_file, tiff_file};
 use crate::icc_in::{Profile, Transfer};
-use crate::limits::{check_ratio, check_size, room};
+use crate::limits::room;
 use crate::orient::upright;
 use crate::report::ReadReport;
-use crate::words::harmless;
 
 /// Largest file of a photograph, bytes.
 pub const MAX_PHOTOGRAPH_BYTES: u64 = 4 << 30;
-/// Most bytes of pixels out of one of a JPEG: an even picture has blocks of 6 bits for 64 pixels of three colours.
-const JPEG_RATIO: u64 = 512;
 /// Pixels at the greatest number of a file, as a share, from which on that number is where the sensor ends.
 const PLATEAU: f64 = 1e-4;
 /// Pixels between two looks at the watch.
@@ -61,7 +56,7 @@ pub fn read_photograph(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch) -> R
     let mut report = ReadReport::default();
     let read = || match bytes {
         [0x89, b'P', b'N', b'G', ..] => from_png(bytes, watch, &mut report),
-        [0xFF, 0xD8, 0xFF, ..] => from_jpeg(bytes, &mut report),
+        [0xFF, 0xD8, 0xFF, ..] => from_jpeg(bytes, watch, &mut report),
         [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => from_tiff(bytes, choice, watch, &mut report),
         [0x76, 0x2F, 0x31, 0x01, ..] | [b'#', b'?', ..] => {
             let map = environment::picture(bytes, choice.channel, watch, &mut report)?;
@@ -145,41 +140,21 @@ fn from_png(bytes: &[u8], watch: &Watch, report: &mut ReadReport) -> Result<Stor
     Ok(Stored { width, height, channels, values, transfer, most: 1.0 })
 }
 
-fn from_jpeg(bytes: &[u8], report: &mut ReadReport) -> Result<Stored, String> {
-    let damaged =
-        |e: zune_jpeg::errors::DecodeErrors| format!("damaged or unsupported JPEG ({})", harmless(&format!("{e:?}")));
-    // (The decoder's own bound on each side is 16384.)
-    let options = DecoderOptions::default()
-        .set_max_width(65_535)
-        .set_max_height(65_535)
-        .set_strict_mode(true)
-        .jpeg_set_out_colorspace(ColorSpace::RGB);
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    decoder.decode_headers().map_err(damaged)?;
-    let info = decoder.info().ok_or("damaged JPEG: it has no size")?;
-    let (width, height) = (usize::from(info.width), usize::from(info.height));
-    check_size(width, height, 3)?;
-    let raw = 3 * (width * height) as u64;
-    check_ratio(raw, bytes.len() as u64, JPEG_RATIO, "JPEG")?;
-    room(8 * raw)?;
-    let colours = decoder.input_colorspace();
-    if matches!(colours, Some(ColorSpace::CMYK | ColorSpace::YCCK)) {
-        return Err("its pixels are CMYK; save it as RGB".into());
-    }
+fn from_jpeg(bytes: &[u8], watch: &Watch, report: &mut ReadReport) -> Result<Stored, String> {
+    let jpeg::Jpeg { width, height, pixels, icc, exif } = jpeg::decoded(bytes, watch)?;
     report.format = "JPEG".into();
     report.take("light", "R, G, B", "", "the only ones");
-    let icc = decoder.icc_profile();
     let transfer = transfer_of(icc.as_deref(), report)?;
-    let orientation = decoder.exif().and_then(|exif| exif_orientation(exif)).unwrap_or(1);
-    let pixels = decoder.decode().map_err(damaged)?;
-    if pixels.len() != 3 * width * height {
-        return Err(format!("damaged JPEG: {} bytes for {width} x {height} pixels", pixels.len()));
-    }
+    let orientation = exif.as_deref().and_then(exif_orientation).unwrap_or(1);
     if orientation != 1 {
         report.note(format!("orientation {orientation}: the picture is turned upright"));
     }
-    let (width, height, pixels) = upright(orientation, width, height, 3, pixels);
-    let values = pixels.into_iter().map(|byte| f32::from(byte) / 255.0).collect();
+    let (width, height, pixels) = upright(orientation, width, height, 3, pixels, watch)?;
+    let mut values = Vec::with_capacity(pixels.len());
+    for piece in pixels.chunks(PIECE) {
+        watch.check().map_err(|stopped| stopped.to_string())?;
+        values.extend(piece.iter().map(|&byte| f32::from(byte) / 255.0));
+    }
     Ok(Stored { width, height, channels: 3, values, transfer, most: 1.0 })
 }
 

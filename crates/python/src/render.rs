@@ -37,6 +37,7 @@ struct Asked {
     crop: Option<[u32; 4]>,
     until: Option<f64>,
     time_s: Option<f64>,
+    settled: Option<f64>,
     shard: Option<[u32; 2]>,
     spectral_nm: Vec<f64>,
     stokes: bool,
@@ -58,7 +59,7 @@ fn render_scene<'py>(
     asked: Asked,
     progress: Option<Py<PyAny>>,
 ) -> Result<Rendered<'py>> {
-    let Asked { samples, seed, size, threads, crop, until, time_s, shard, spectral_nm, stokes, keep } = asked;
+    let Asked { samples, seed, size, threads, crop, until, time_s, settled, shard, spectral_nm, stokes, keep } = asked;
     // The threads are those of the pool that it runs in.
     let options = RenderOptions {
         samples,
@@ -68,6 +69,7 @@ fn render_scene<'py>(
         crop: crop.map(|[x, y, width, height]| Rect { x, y, width, height }),
         until,
         time_s,
+        settled,
         shard: shard.map(|[number, of]| Shard { number, of }),
         spectral_nm,
         stokes,

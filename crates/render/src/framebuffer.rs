@@ -24,6 +24,8 @@ pub struct RenderOptions {
     pub until: Option<f64>,
     /// Passes of samples go on for so many seconds.
     pub time_s: Option<f64>,
+    /// A tile takes no more samples once nine tenths of its pixels have a relative error of Y below this.
+    pub settled: Option<f64>,
     /// Wavelengths at which radiance is asked for, nm, ascending.
     pub spectral_nm: Vec<f64>,
     /// Whether Stokes vectors are asked for.

@@ -4,6 +4,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use fearless_simd::Level;
+use iridesce_files::{NoAnswer, aside};
 use iridesce_numerics::{Watch, simd};
 use iridesce_scene::{ResolvedScene, Scene};
 use rayon::prelude::*;
@@ -17,6 +18,10 @@ use crate::spectral::{FROM_NM, TO_NM};
 use crate::tile_sums::TileSums;
 use crate::tiles::{Rect, Shard, tiles};
 use crate::variance::batch_size;
+
+/// Batches of a pixel between two looks at whether its tile has settled: of fewer than four the error is too uncertain, and four
+/// samples of the net are stratified both ways.
+const SETTLING_BATCHES: u32 = 4;
 
 /// Renders a scene. Deterministic: the same scene, options and SIMD level give the same bytes for any `threads`, and for
 /// any number of kills and new starts with the same journal (`keep`); but where time says when it is done.
@@ -51,7 +56,7 @@ pub fn check(scene: &Scene, options: &RenderOptions) -> Result<(), RenderError> 
             part.x, part.y, part.width, part.height
         ));
     }
-    for (name, value) in [("until", options.until), ("time_s", options.time_s)] {
+    for (name, value) in [("until", options.until), ("time_s", options.time_s), ("settled", options.settled)] {
         if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
             return refuse(format!("{name} must be a positive number, got {value}"));
         }
@@ -108,6 +113,23 @@ pub fn render_at(
     }
 }
 
+/// [`Prepared`] that can be stopped: the hierarchy of a mesh of millions of triangles takes seconds.
+fn prepared(scene: &ResolvedScene, options: &RenderOptions, watch: &Watch) -> Result<Prepared, RenderError> {
+    if (0..scene.recipe.objects.len()).all(|object| scene.mesh(object).is_none()) {
+        return Prepared::new(scene, options);
+    }
+    let (scene, options, threads) = (scene.clone(), options.clone(), rayon::current_num_threads());
+    let no_thread =
+        |why: &dyn std::fmt::Display| RenderError::Resource(format!("cannot start {threads} threads: {why}"));
+    // Whoever is left behind keeps no thread of the caller's pool.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| no_thread(&error))?;
+    aside(watch, move || pool.install(|| Prepared::new(&scene, &options))).unwrap_or_else(|none| match none {
+        NoAnswer::Stopped => Err(RenderError::Cancelled),
+        NoAnswer::NoThread(why) => Err(no_thread(&why)),
+        NoAnswer::Panicked => panic!("a scene could not be prepared"),
+    })
+}
+
 fn draw(
     level: Level,
     scene: &ResolvedScene,
@@ -116,7 +138,7 @@ fn draw(
     watch: &Watch,
 ) -> Result<Framebuffer, RenderError> {
     let start = Instant::now();
-    let prepared = Prepared::new(scene, options)?;
+    let prepared = prepared(scene, options, watch)?;
     let part = prepared.part;
     let info = RenderInfo {
         samples: prepared.samples,
@@ -150,23 +172,25 @@ fn draw(
             frame.put(tile.x - part.x, tile.y - part.y, tile, &planes);
         });
     } else {
-        draw_once(level, &prepared, own, keeper, &mut frame, watch)?;
+        draw_once(level, &prepared, own, keeper, options.settled, &mut frame, watch)?;
     }
     frame.info.seconds = start.elapsed().as_secs_f64();
     Ok(frame)
 }
 
-/// Draws each tile with all its samples; those that are found are whole already.
+/// Draws each tile with all its samples, or as many as it takes to settle; those that are found are whole already.
 fn draw_once(
     level: Level,
     scene: &Prepared,
     tiles: Vec<(usize, Rect, Option<TileSums>)>,
     keeper: Option<Keeper<'_>>,
+    settled: Option<f64>,
     frame: &mut Framebuffer,
     watch: &Watch,
 ) -> Result<(), RenderError> {
     watch.begin("rendering", tiles.iter().map(|tile| tile.1.pixels() as u64).sum());
     let (samples, size, part) = (scene.samples, batch_size(scene.samples), scene.part);
+    let pass = if settled.is_some() { SETTLING_BATCHES * size } else { samples };
     let sink = Mutex::new((frame, keeper));
     tiles.into_par_iter().try_for_each(|(number, tile, found)| {
         let is_new = found.is_none();
@@ -174,7 +198,10 @@ fn draw_once(
             Some(sums) => sums,
             None => {
                 let mut sums = TileSums::new(tile, scene.extras);
-                at_level!(level, simd => sums.add(simd, scene, tile, [samples, size], watch))?;
+                while sums.samples < samples && !settled.is_some_and(|error| sums.are_settled(error)) {
+                    let more = pass.min(samples - sums.samples);
+                    at_level!(level, simd => sums.add(simd, scene, tile, [more, size], watch))?;
+                }
                 sums.close();
                 sums
             }

@@ -15,6 +15,9 @@ use crate::variance::variance_of_mean;
 /// Numbers that are added up for every pixel: X, Y, Z, and the share of its rays that nothing bent or stopped.
 const SUMS: usize = 4;
 
+/// Share of a tile's mean Y below which a pixel's error counts as that of a pixel of this Y: beside bright ones eyes do not see it.
+const DIM_SHARE: f64 = 0.1;
+
 /// Sums over the samples so far.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TileSums {
@@ -158,6 +161,19 @@ impl TileSums {
                 (0..self.sums.len() / self.a_pixel).map(of_pixel).collect()
             }
         }
+    }
+
+    /// Whether nine tenths of the pixels are known to this relative error of Y; of those darker than [`DIM_SHARE`] of the
+    /// tile's mean it is relative to that.
+    pub fn are_settled(&self, error: f64) -> bool {
+        if self.batches() < 2 {
+            return false;
+        }
+        let mean_y: Vec<f64> = self.mean_y().collect();
+        let dim = DIM_SHARE * mean_y.iter().sum::<f64>() / mean_y.len() as f64;
+        let is_noisy = |(variance, y): (f32, f64)| f64::from(variance).sqrt() > error * y.max(dim);
+        let noisy = self.variance().into_iter().zip(mean_y.iter().copied()).filter(|pair| is_noisy(*pair)).count();
+        10 * noisy <= mean_y.len()
     }
 
     /// Mean Y of each pixel.

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use iridesce_files::{
     EnvironmentMap, Grid, MAX_ENVIRONMENT_BYTES, MAX_GRID_BYTES, MAX_MESH_BYTES, MAX_PHOTOGRAPH_BYTES,
-    MAX_SPECTRUM_BYTES, MapChoice, Mesh, MeshFormat, OpenEdge, check_ordinary, decode_mesh, decode_transforms, quoted,
-    read_environment, read_grid, read_photograph, read_whole_watched,
+    MAX_SPECTRUM_BYTES, MapChoice, Mesh, MeshFormat, NoAnswer, OpenEdge, aside, check_ordinary, decode_mesh,
+    decode_transforms, quoted, read_environment, read_grid, read_photograph, read_whole_watched,
 };
 use iridesce_numerics::Watch;
 use iridesce_thickness::ThicknessMap;
@@ -114,18 +114,20 @@ impl Maps {
     pub fn mesh(&self, file: &MapFile, unit: Unit, origin: &Origin, watch: &Watch) -> Result<Arc<Mesh>, SceneError> {
         let folder = file.path.parent().map(std::path::Path::to_path_buf);
         // Buffers lie beside the file that names them, and where the scene may read.
-        let beside = |name: &str| {
+        let (root, own_watch) = (origin.clone(), watch.clone());
+        let beside = move |name: &str| {
             let own = Origin { file: None, folder: folder.clone(), allow_outside: false };
             let path = own.resolve(name).map_err(|e| e.message)?;
-            let root = Origin { allow_outside: origin.allow_outside, ..origin.clone() };
             root.resolve(&path.to_string_lossy()).map_err(|e| e.message)?;
-            read_whole_watched(&path, MAX_MESH_BYTES, watch)
+            read_whole_watched(&path, MAX_MESH_BYTES, &own_watch)
         };
         self.meshes.get(&(file.clone(), unit), || {
             MeshFormat::of(&file.path)
                 .and_then(|format| {
                     let bytes = content(file, MAX_MESH_BYTES, watch)?;
-                    decode_mesh(&bytes, format, file.channel.as_deref(), &beside)
+                    let part = file.channel.clone();
+                    let decoded = move || decode_mesh(&bytes, format, part.as_deref(), &beside);
+                    aside(watch, decoded).unwrap_or_else(|none| Err(none.to_string()))
                 })
                 .map(|mut mesh| {
                     if mesh.is_in_metres {
@@ -139,10 +141,17 @@ impl Maps {
     }
 
     /// The first edge that keeps a mesh from being closed.
-    pub fn open_edge(&self, file: &MapFile, unit: Unit, mesh: &Mesh) -> Option<OpenEdge> {
-        let found =
-            self.open_edges.get(&(file.clone(), unit), || Ok::<_, ()>((size_of::<OpenEdge>(), mesh.open_edge())));
-        found.unwrap_or_default()
+    pub fn open_edge(
+        &self,
+        file: &MapFile,
+        unit: Unit,
+        mesh: &Arc<Mesh>,
+        watch: &Watch,
+    ) -> Result<Option<OpenEdge>, NoAnswer> {
+        self.open_edges.get(&(file.clone(), unit), || {
+            let mesh = mesh.clone();
+            aside(watch, move || mesh.open_edge()).map(|edge| (size_of::<OpenEdge>(), edge))
+        })
     }
 
     /// The transforms in a file.

@@ -1,21 +1,75 @@
 //! What whoever renders a sound scene should be told.
 
-use crate::model::{Light, Object, Roughness, Scene, Surface};
+use iridesce_optics::Medium;
+
+use crate::model::{Light, Object, Roughness, Scene, Shape, Surface};
+
+/// Least k of a medium that the renderer takes as opaque wherever it fills space: e^-1 within 50 um.
+const OPAQUE_K: f64 = 1e-3;
 
 impl Scene {
     /// One sentence each.
     pub fn notes(&self) -> Vec<String> {
+        self.dark_lights().into_iter().chain(self.open_bodies()).collect()
+    }
+
+    /// That nothing of the scene shows its lights.
+    fn dark_lights(&self) -> Option<String> {
         let are_deltas = self.lights.iter().all(|light| matches!(light, Light::Delta(_)));
         let scatters = |object: &Object| {
             matches!(object.surface, Surface::Diffuse(_) | Surface::Emitter(_)) || object.roughness != Roughness::SMOOTH
         };
-        if are_deltas && !self.objects.iter().any(scatters) {
-            return vec![
-                "every light of the scene has no size (directional, point, spot) and every surface is smooth: mirrors and \
-                 films do not show such lights, so the picture is black; a sun, an environment or an emitter is seen"
-                    .to_owned(),
-            ];
-        }
-        Vec::new()
+        let is_dark = are_deltas && !self.objects.iter().any(scatters);
+        is_dark.then(|| {
+            "every light of the scene has no size (directional, point, spot) and every surface is smooth: mirrors and films do \
+             not show such lights, so the picture is black; a sun, an environment or an emitter is seen"
+                .to_owned()
+        })
     }
+
+    /// Surfaces with an edge and a clear medium behind them that nothing else of the scene could close: a ray that comes round
+    /// the edge leaves a medium that it never entered, and ends the render.
+    fn open_bodies(&self) -> Vec<String> {
+        let fills = |object: &Object| match &object.surface {
+            Surface::Coating(coating) => Some(coating.substrate.clone()),
+            Surface::Dielectric(medium) => Some(medium.clone()),
+            Surface::Film(film) => Some(film.outside.clone()),
+            Surface::Metal(_) | Surface::Diffuse(_) | Surface::Emitter(_) => None,
+        };
+        let open = self.objects.iter().enumerate().filter_map(|(number, object)| {
+            let medium = fills(object).filter(|_| !matches!(object.surface, Surface::Film(_)))?;
+            let edge = edge(&object.shape).filter(|_| is_clear(&medium))?;
+            let others = self.objects.iter().enumerate().filter(|(other, _)| *other != number);
+            let is_closed = others.filter_map(|(_, other)| fills(other)).any(|other| other.name() == medium.name());
+            (!is_closed).then(|| {
+                format!(
+                    "object \"{}\": \"{}\" lies behind {edge}, and nothing closes the body that it fills: a ray that comes to \
+                     the surface from behind, round its edge, ends the render; close the body, make the surface a plane, or \
+                     make what lies behind it a closed shape (a sphere, a cylinder with its ends, a mesh)",
+                    object.name,
+                    medium.name(),
+                )
+            })
+        });
+        open.collect()
+    }
+}
+
+/// What a shape with an edge is called.
+fn edge(shape: &Shape) -> Option<&'static str> {
+    match shape {
+        Shape::Rectangle { .. } => Some("a rectangle"),
+        Shape::Disk { .. } => Some("a disk"),
+        Shape::Cap { .. } => Some("a cap"),
+        Shape::Cylinder { is_open: true, .. } => Some("a cylinder without its ends"),
+        Shape::Cylinder { .. } | Shape::Sphere { .. } | Shape::Plane { .. } | Shape::Mesh(_) | Shape::Bubbles(_) => {
+            None
+        }
+    }
+}
+
+/// Whether light gets through a medium somewhere in the visible range.
+fn is_clear(medium: &Medium) -> bool {
+    let visible = (360..=830).step_by(10).map(f64::from);
+    visible.filter_map(|nm| medium.index_extended(nm).ok()).any(|(index, _)| index.im < OPAQUE_K)
 }

@@ -374,7 +374,10 @@ impl Bodies {
                 watch.check()?;
                 let mesh = mesh.map_err(|e| at(e, "shape.mesh.file"))?;
                 let fills = matches!(object.surface, Surface::Dielectric(_) | Surface::Coating(_));
-                if fills && let Some(edge) = context.maps.open_edge(file, scene.unit, &mesh) {
+                let open = if fills { context.maps.open_edge(file, scene.unit, &mesh, watch) } else { Ok(None) };
+                watch.check()?;
+                let open = open.map_err(|none| at(SceneError::new(none.to_string()), "shape.mesh.file"))?;
+                if let Some(edge) = open {
                     let [a, b] = edge.ends;
                     let message = format!(
                         "{} must be closed, since a medium fills it: the edge from {a:?} to {b:?} of triangle {} is open",

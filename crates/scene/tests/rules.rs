@@ -168,6 +168,36 @@ fn media_whose_data_stop_inside_the_visible_are_told() {
     assert_eq!(with("TiO2").extended_media(), ["TiO2"]);
 }
 
+#[test]
+fn clear_bodies_that_nothing_closes_are_told() {
+    let notes = |objects: &str| {
+        let scene = format!("version = 1\n[camera]\n{objects}[[light]]\nenvironment = {{ illuminant = \"D65\" }}\n");
+        read(&scene).unwrap().notes()
+    };
+    let object = |shape: &str, surface: &str| format!("[[object]]\nshape = {{ {shape} }}\nsurface = {{ {surface} }}\n");
+    let disk = "disk = { center = [0, 0, 0], normal = [0, 1, 0], radius = 4.0 }";
+    let oil = |substrate: &str| {
+        format!("coating = {{ layers = [{{ medium = 1.47, thickness_nm = 300 }}], substrate = {substrate} }}")
+    };
+    let told = notes(&object(disk, &oil("\"water\"")));
+    assert_eq!(told.len(), 1);
+    assert!(
+        told[0].contains("\"water\" lies behind a disk") && told[0].contains("make the surface a plane"),
+        "{told:?}"
+    );
+    assert_eq!(notes(&object(disk, "dielectric = { medium = \"water\" }")).len(), 1);
+    // What has no edge, lets nothing through, or may be closed by another.
+    for objects in [
+        object("plane = { point = [0, 0, 0], normal = [0, 1, 0] }", &oil("\"water\"")),
+        object("sphere = { radius = 4.0 }", "dielectric = { medium = \"water\" }"),
+        object(disk, &oil("\"Si\"")),
+        object(disk, "film = { medium = \"soap\", thickness_nm = 300 }"),
+        object(disk, &oil("\"water\"")) + &object("sphere = { radius = 4.0 }", "dielectric = { medium = \"water\" }"),
+    ] {
+        assert!(notes(&objects).is_empty(), "{objects}");
+    }
+}
+
 // --- edits
 
 #[test]

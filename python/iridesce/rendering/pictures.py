@@ -159,7 +159,7 @@ def draw(
 def _asked(given: dict[str, Any]) -> dict[str, Any]:
     """The arguments of a render, checked, as the core takes them."""
     positive = {}
-    for name in ("until", "time_s"):
+    for name in ("until", "time_s", "settled"):
         value = given.get(name)
         positive[name] = None if value is None else number(name, value, low=0.0, high=math.inf, includes_low=False)
     return {

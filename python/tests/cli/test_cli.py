@@ -254,6 +254,20 @@ def test_check_prints_a_scene_that_reads_back(iridesce: Run, tmp_path: Path, pat
         assert iridesce("check", "again.toml").stdout == finished.stdout
 
 
+def test_check_warns_of_what_ends_a_render(iridesce: Run, tmp_path: Path) -> None:
+    (tmp_path / "pool.toml").write_text(
+        "version = 1\n[camera]\nposition = [0, 4, 16]\n[[object]]\nname = 'pool'\n"
+        "shape = { disk = { center = [0, 0, 0], normal = [0, 1, 0], radius = 4.0 } }\n"
+        "surface = { coating = { layers = [{ medium = 1.47, thickness_nm = 300 }], substrate = 'water' } }\n"
+        "[[object]]\nname = 'floor'\nshape = { plane = { point = [0, -1, 0], normal = [0, 1, 0] } }\n"
+        "surface = { diffuse = { reflectance = 0.5 } }\n[[light]]\nenvironment = { builtin = 'studio' }\n"
+    )
+    checked = iridesce("check", "pool.toml")
+    assert checked.returncode == 0 and 'object "pool": "water" lies behind a disk' in checked.stderr
+    drawn = iridesce("render", "pool.toml", "--size", "64x48", "--samples", "4", "-o", "pool.png")
+    assert drawn.returncode == 3 and "close the body that the medium fills" in drawn.stderr
+
+
 def test_check_fills_in_the_defaults(iridesce: Run, tmp_path: Path) -> None:
     (tmp_path / "least.toml").write_text(
         "version = 1\n[camera]\nposition = [0, 0, 16]\n[[object]]\nname = 'a'\n"

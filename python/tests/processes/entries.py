@@ -74,6 +74,43 @@ def _floats(value: Any) -> bytes:
     return np.ascontiguousarray(value).tobytes()
 
 
+def _series() -> bytes:
+    nm = np.arange(450.0, 800.0, 8.0)
+    film = ir.Stack(["air", ir.Layer("soap", thickness_nm=np.linspace(1000.0, 900.0, 4)[:, None]), "air"])
+    return _floats(ir.fit_series(nm, film.reflectance(nm), "air / soap ? / air", gain=1.0).thickness_nm)
+
+
+def _photograph() -> bytes:
+    nm = np.linspace(150.0, 400.0, 24) + np.zeros((16, 1))
+    photo = ir.Stack(["air", ir.Layer("soap", nm), "air"]).color(space="linear-srgb")
+    found = ir.map_thickness(photo, "air / soap ? / air", camera="srgb", illuminant="D65")
+    return _floats(found.thickness_nm)
+
+
+def _recipes() -> bytes:
+    found = ir.recipes([40.0, 10.0, -40.0], media=["SiO2"], substrate="Si", layers=(1,), max_delta_e=20.0)
+    return repr([one.thickness_nm for one in found]).encode()
+
+
+def _sweep() -> bytes:
+    return _floats(ir.sweep("air / soap 320 / air", {"layers.0.thickness_nm": [100.0, 200.0, 300.0]}).values)
+
+
+def _mesh() -> bytes:
+    points, faces = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(1, 3, 2), (1, 2, 4), (1, 4, 3), (2, 3, 4)]
+    text = "".join(f"v {x} {y} {z}\n" for x, y, z in points) + "".join(f"f {a} {b} {c}\n" for a, b, c in faces)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "thing.obj"
+        file.write_text(text)
+        scene = {
+            "version": 1,
+            "camera": {"position": [0.0, 0.0, 5.0], "resolution": [32, 24]},
+            "object": [{"shape": {"mesh": {"file": str(file)}}, "surface": {"dielectric": {"medium": 1.5}}}],
+            "light": [{"environment": {"builtin": "studio"}}],
+        }
+        return _floats(ir.render(ir.Scene.load(scene, allow_outside=True), samples=2).xyz)
+
+
 ENTRIES: dict[str, Callable[[], bytes]] = {
     "render": lambda: _floats(_picture().xyz),
     "render, threads=2": lambda: _floats(ir.render("soap-bubble", size=(64, 48), samples=2, threads=2).xyz),
@@ -96,6 +133,11 @@ ENTRIES: dict[str, Callable[[], bytes]] = {
     "ColorTable": lambda: _floats(_table().color(np.linspace(0.0, 400.0, 5_000))),
     "ColorTable.save, load": _table_file,
     "fit_thickness": _fit,
+    "fit_series": _series,
+    "map_thickness": _photograph,
+    "recipes": _recipes,
+    "sweep": _sweep,
+    "render of a mesh": _mesh,
 }
 
 

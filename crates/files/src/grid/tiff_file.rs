@@ -149,7 +149,7 @@ pub fn page(bytes: &[u8], asked: Option<usize>, watch: &Watch, report: &mut Read
                     if values.len() != width * height * channels {
                         return Err(format!("damaged TIFF: {} numbers for {width} x {height} pixels", values.len()));
                     }
-                    let (w, h, values) = upright(orientation, width, height, channels, values);
+                    let (w, h, values) = upright(orientation, width, height, channels, values, watch)?;
                     (w, h, DecodingResult::$kind(values))
                 })*
             }

@@ -81,6 +81,50 @@ fn jpeg_is_turned_by_its_exif() {
     assert!(read(&huge).unwrap_err().contains("declares 402579459 bytes of pixels"), "{:?}", read(&huge));
 }
 
+/// An even grey JPEG of so many pixels, with as many bytes of comments as its size asks for.
+fn even_jpeg(width: u16, height: u16) -> Vec<u8> {
+    let mut bytes = jpeg();
+    let size = bytes.windows(2).position(|pair| pair == [0xFF, 0xC0]).unwrap() + 5;
+    bytes[size..size + 2].copy_from_slice(&height.to_be_bytes());
+    bytes[size + 2..size + 4].copy_from_slice(&width.to_be_bytes());
+    let data = bytes.len() - 4;
+    let blocks = usize::from(width).div_ceil(8) * usize::from(height).div_ceil(8);
+    // Two bits a block: no difference, the end; at last ones, and the end of the picture.
+    bytes.splice(data.., std::iter::repeat_n(0, blocks / 4).chain([0x3F, 0xFF, 0xD9]));
+    let comment = [&[0xFF, 0xFE, 0xFF, 0xFF][..], &[0; 65_533]].concat();
+    bytes.splice(2..2, comment.repeat(blocks / 200_000 + 1));
+    bytes
+}
+
+#[test]
+fn a_large_jpeg_is_decoded_aside_to_the_same_pixels() {
+    let photograph = read(&even_jpeg(2120, 2048)).unwrap();
+    assert_eq!((photograph.width, photograph.height), (2048, 2120), "orientation 6");
+    let light = ((128.0_f32 / 255.0 + 0.055) / 1.055).powf(2.4);
+    assert!(photograph.rgb.iter().all(|value| (value - light).abs() < 5e-3));
+}
+
+#[test]
+fn a_jpeg_of_any_size_stops_with_the_watch() {
+    for (size, after_ms) in [([16, 8], 0), ([16_384, 8192], 200)] {
+        let bytes = even_jpeg(size[0], size[1]);
+        let watch = Watch::new();
+        let other = watch.clone();
+        let stopping = std::thread::spawn(move || {
+            std::thread::sleep(std::time::Duration::from_millis(after_ms));
+            other.stop();
+            std::time::Instant::now()
+        });
+        if after_ms == 0 {
+            watch.stop();
+        }
+        let told = read_photograph(&bytes, &MapChoice::default(), &watch).unwrap_err();
+        let late = std::time::Instant::now().duration_since(stopping.join().unwrap());
+        assert_eq!(told, "stopped");
+        assert!(late.as_secs_f64() < 0.3, "{late:?}");
+    }
+}
+
 #[test]
 fn what_is_no_photograph_is_refused_with_what_to_do() {
     for (bytes, words) in [
