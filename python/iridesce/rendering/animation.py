@@ -18,6 +18,10 @@ from iridesce.image import Image
 from iridesce.rendering.pictures import draw
 from iridesce.scene import Scene
 
+# Relative error of Y in nine tenths of a tile's pixels below which it takes no more samples. Frames of `soap-bubble` then differ
+# from such with all samples by CIEDE2000 0.08 in the median on the bubble, those of another seed by 0.07 (1.5 and 4.4 in the
+# worst hundredth of its pixels).
+SETTLED = 0.04
 # What a video file's ending asks of ffmpeg. Quality where nothing of the film's fine structure is lost to the eye.
 # A path of a key for each frame of an hour has some ten MiB.
 _MOST_PATH_BYTES = 16 << 20
@@ -221,8 +225,8 @@ def scene_at(scene: Scene, films: Sequence[FlowingFilm], film_s: float, camera: 
 
 
 def draw_frame(now: Scene, samples: int, size: tuple[int, int] | None, threads: int | None) -> Image:
-    """The picture of a frame."""
-    return draw(now, {"samples": samples, "size": size, "threads": threads}, None)
+    """The picture of a frame, with no more samples than it takes to settle."""
+    return draw(now, {"samples": samples, "size": size, "threads": threads, "settled": SETTLED}, None)
 
 
 def standing_films(scene: Scene, films: Sequence[FlowingFilm]) -> list[bytes | None]:

@@ -51,7 +51,7 @@ def verb(
     size: Annotated[str | None, typer.Option(metavar="WxH", help="Width and height in pixels, as in 1280x720.")] = None,
     samples: Annotated[
         int | None,
-        typer.Option(help="Camera rays per pixel; 12 if not given."),
+        typer.Option(help="Camera rays per pixel at most, 12 if not given; fewer where the picture has settled."),
     ] = None,
     columns: Annotated[
         int | None, typer.Option(help="Cells around of films that flow; their own if not given.")
