@@ -308,9 +308,9 @@ fn what_is_wrong_is_refused_by_name() {
     refused("(at wavelength_nm = ", &|p| p.indices[1] = [vec![c(1.5, 0.0); 4], vec![c(1e13, 0.0)]].concat());
     refused("do not belong together", &|p| p.indices[1] = vec![c(1.5, 0.0); 3]);
     refused("do not belong together", &|p| p.indices.truncate(2));
-    refused("wavelength_nm must be > 0 and finite, got 0 at index 2", &|p| p.wavelength_nm.0[2] = 0.0);
+    refused("wavelength_nm must be > 0 and finite, got 0.0 at index (2,)", &|p| p.wavelength_nm.0[2] = 0.0);
     refused("wavelength_nm must be > 0", &|p| p.wavelength_nm.0[2] = f64::NAN);
-    refused("angle_deg must be >= 0 and < 90, got 90 at index 0", &|p| p.angle_deg.0[0] = 90.0);
+    refused("angle_deg must be >= 0 and < 90, got 90.0 at index (0,)", &|p| p.angle_deg.0[0] = 90.0);
     refused("thickness_nm of layer 1 must be >= 0", &|p| p.thickness_nm[0].0[0] = -1.0);
     refused("thickness_nm of layer 1 must be >= 0", &|p| p.thickness_nm[0].0[0] = f64::INFINITY);
     refused("at most 1e30 wavelengths", &|p| p.thickness_nm[0].0[0] = 1e40);
