@@ -358,7 +358,7 @@ def test_with_value_gives_a_new_scene():
         ("light.1.environment", {}, "light.1", "numbers from 0 to 0"),
         (f"{FILM}.thickness_nm", -12.0, f"{FILM}.thickness_nm", "got -12.0"),
         (f"{FILM}.medium", "sopa", f"{FILM}.medium", 'did you mean "soap"'),
-        ("render", 3, "render", "render must be a table with the keys samples, seed and max_depth"),
+        ("render", 3, "render", "render must be a table with the keys samples, seed, max_depth and backdrop"),
         ("", 3, "", "is no path into a scene"),
     ],
 )
