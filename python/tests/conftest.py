@@ -13,8 +13,12 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 
-# Scripts that other programs run (Blender, LuxCore, Mitsuba), no tests: each imports a module of its own program.
-collect_ignore_glob = ["exchange/*_chart.py"]
+
+def pytest_ignore_collect(collection_path: Path) -> bool | None:
+    """Modules beside the tests are tools of theirs: looked into for doctests, scripts of other programs would be run."""
+    is_module = collection_path.suffix == ".py" and ROOT / "python" / "tests" in collection_path.parents
+    return True if is_module and not collection_path.name.startswith(("test_", "conftest")) else None
+
 
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
 
