@@ -311,8 +311,10 @@ fn what_is_wrong_is_refused_by_name() {
     refused("wavelength_nm must be > 0 and finite, got 0.0 at index (2,)", &|p| p.wavelength_nm.0[2] = 0.0);
     refused("wavelength_nm must be > 0", &|p| p.wavelength_nm.0[2] = f64::NAN);
     refused("angle_deg must be >= 0 and < 90, got 90.0 at index (0,)", &|p| p.angle_deg.0[0] = 90.0);
-    refused("thickness_nm of layer 1 must be >= 0", &|p| p.thickness_nm[0].0[0] = -1.0);
-    refused("thickness_nm of layer 1 must be >= 0", &|p| p.thickness_nm[0].0[0] = f64::INFINITY);
+    refused("thickness_nm must be >= 0 and finite, got -1.0 at index (0,) in layer 1", &|p| {
+        p.thickness_nm[0].0[0] = -1.0
+    });
+    refused("thickness_nm must be >= 0 and finite, got inf", &|p| p.thickness_nm[0].0[0] = f64::INFINITY);
     refused("at most 1e30 wavelengths", &|p| p.thickness_nm[0].0[0] = 1e40);
     refused("do not belong together", &|p| p.thickness_nm[0].1 = vec![0, 0, 2]);
     refused("do not belong together", &|p| p.shape = vec![5, 4]);
