@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -93,109 +94,154 @@ def verb(
         rows.check(file, (*FORMATS, *rows.FORMATS))
     if files and len(spectrum) > 1 and not series:
         raise typer.BadParameter(f"curves of {len(spectrum)} spectra do not go into one file", param_hint="--output")
+    if series and (
+        index is not None
+        or len(range_ or []) > 1
+        or gain in ("linear", "quadratic")
+        or baseline not in ("auto", "none")
+    ):
+        raise typer.BadParameter(
+            "a series takes no --index, one --range, a number for --gain, auto or none for --baseline",
+            param_hint="--series",
+        )
+    if series and dask is not None:
+        raise typer.BadParameter("a series is one fit; it takes no --dask", param_hint="--dask")
+    files_read = _Reading(
+        column,
+        wavelength_column,
+        unit,
+        # Counts are no percent, however large they are: they are divided by those of the reference.
+        "counts" if unit_y is None and reference is not None else unit_y,
+        quantity,
+        (from_, to),
+        dark,
+        reference,
+    )
+    said: dict[str, Any] = {
+        "stack": stack,
+        "quantity": quantity,
+        "angle_deg": angle,
+        "polarization": polarization,
+        "baseline": baseline,
+        "probability": probability,
+        "reference_stack": reference_stack,
+        "index_tolerance": index_tolerance,
+    }
     pairs = [pair(text, "--range", "nm") for text in range_ or []]
+    if series:
+        said["thickness_range_nm"] = pairs[0] if pairs else None
+        said["gain"] = None if gain is None else float(_gain(gain) or 0.0)
+        said["resolution_nm"] = 0.0 if resolution is None else resolution
+        _tell_series(_fit_series(spectrum, files_read, said), spectrum, files, size, theme, as_json)
+        return
+    said["thickness_range_nm"] = None if not pairs else pairs[0] if len(pairs) == 1 else pairs
+    said |= {"gain": _gain(gain), "resolution_nm": resolution, "index": index}
+    answers = _fit_each(spectrum, files_read, said, dask)
+    for file in files:
+        _write(file, *answers[0], size, theme)
+    _tell(answers, files, verbose, as_json)
 
+
+@dataclass(frozen=True)
+class _Reading:
+    """How the files are read, and which belong to all of them."""
+
+    column: str | None
+    wavelength_column: str | None
+    unit: str | None
+    unit_y: str | None
+    quantity: str
+    range_nm: tuple[float, float]
+    dark: Path | None
+    reference: Path | None
+
+    def read(self, path: Path) -> Any:
+        """A spectrum as it stands in its file."""
+        import iridesce as ir
+
+        return ir.fit.read_spectrum(
+            path,
+            self.column,
+            self.unit,
+            self.quantity,
+            wavelength_column=self.wavelength_column,
+            unit_y=self.unit_y,
+            range_nm=self.range_nm if self.range_nm != (0.0, float("inf")) else None,
+        )
+
+    def inside(self, wavelength_nm: Any) -> Any:
+        """Which wavelengths are asked for; what is not a number is, so that the fit can name it."""
+        low, high = self.range_nm
+        return ~((wavelength_nm < low) | (wavelength_nm > high))
+
+    def counts(self, wavelength_nm: Any, first: Path) -> dict[str, Any]:
+        """Counts of the dark and of the reference, at the wavelengths of the first spectrum."""
+        import numpy as np
+
+        found: dict[str, Any] = {}
+        for name, path in (("dark", self.dark), ("reference", self.reference)):
+            if path is not None:
+                other = self.read(path)
+                if not np.array_equal(other.wavelength_nm, wavelength_nm):
+                    raise ValueError(f"{path}: its wavelengths are not those of {first}")
+                found[name] = other.measured[self.inside(wavelength_nm)]
+        return found
+
+
+def _fit_series(spectrum: list[Path], reading: _Reading, said: dict[str, Any]) -> Any:
+    """All files as one film in time."""
     import numpy as np
 
     import iridesce as ir
+    from iridesce._progress import progress_bar
 
-    def read_one(path: Path) -> Any:
-        return ir.fit.read_spectrum(
-            path,
-            column,
-            unit,
-            quantity,
-            wavelength_column=wavelength_column,
-            # Counts are no percent, however large they are: they are divided by those of the reference.
-            unit_y="counts" if unit_y is None and reference is not None else unit_y,
-            range_nm=(from_, to) if (from_, to) != (0.0, float("inf")) else None,
-        )
-
-    def counts(path: Path, wavelength_nm: Any) -> Any:
-        """Counts of another file, at these wavelengths."""
-        other = read_one(path)
-        if not np.array_equal(other.wavelength_nm, wavelength_nm):
+    read = [reading.read(path) for path in spectrum]
+    nm = read[0].wavelength_nm
+    for path, one in zip(spectrum, read, strict=True):
+        if not np.array_equal(one.wavelength_nm, nm):
             raise ValueError(f"{path}: its wavelengths are not those of {spectrum[0]}")
-        return other.measured
+    inside = reading.inside(nm)
+    measured = np.array([one.measured[inside] for one in read])
+    with progress_bar("fit", counted=True) as advance:
+        return ir.fit_series(nm[inside], measured, **reading.counts(nm, spectrum[0]), **said, progress=advance)
 
-    def asked(path: Path) -> tuple[Any, dict[str, Any]]:
-        read = read_one(path)
-        inside = ~((read.wavelength_nm < from_) | (read.wavelength_nm > to))
-        return read, {
-            "wavelength_nm": read.wavelength_nm[inside],
-            "measured": read.measured[inside],
-            "stack": stack,
-            "quantity": quantity,
-            "angle_deg": angle,
-            "polarization": polarization,
-            "thickness_range_nm": None if not pairs else pairs[0] if len(pairs) == 1 else pairs,
-            "gain": _gain(gain),
-            "baseline": baseline,
-            "resolution_nm": resolution,
-            "index": index,
-            "probability": probability,
-            "dark": None if dark is None else counts(dark, read.wavelength_nm)[inside],
-            "reference": None if reference is None else counts(reference, read.wavelength_nm)[inside],
-            "reference_stack": reference_stack,
-            "index_tolerance": index_tolerance,
-        }
 
-    if series:
-        if index is not None or len(pairs) > 1 or gain in ("linear", "quadratic") or baseline not in ("auto", "none"):
-            raise typer.BadParameter(
-                "a series takes no --index, one --range, a number for --gain, auto or none for --baseline",
-                param_hint="--series",
-            )
-        if dask is not None:
-            raise typer.BadParameter("a series is one fit; it takes no --dask", param_hint="--dask")
-        from iridesce._progress import progress_bar
+def _fit_each(
+    spectrum: list[Path], reading: _Reading, said: dict[str, Any], dask: str | None
+) -> list[tuple[Path, Any, Any]]:
+    """Each file by itself: its name, what was read of it, its fit."""
+    import iridesce as ir
 
-        read = [read_one(path) for path in spectrum]
-        for path, one in zip(spectrum, read, strict=True):
-            if not np.array_equal(one.wavelength_nm, read[0].wavelength_nm):
-                raise ValueError(f"{path}: its wavelengths are not those of {spectrum[0]}")
-        nm = read[0].wavelength_nm
-        inside = ~((nm < from_) | (nm > to))
-        with progress_bar("fit", counted=True) as advance:
-            course = ir.fit_series(
-                nm[inside],
-                np.array([one.measured[inside] for one in read]),
-                stack,
-                dark=None if dark is None else counts(dark, nm)[inside],
-                reference=None if reference is None else counts(reference, nm)[inside],
-                reference_stack=reference_stack,
-                quantity=quantity,
-                angle_deg=angle,
-                polarization=polarization,
-                thickness_range_nm=pairs[0] if pairs else None,
-                gain=None if gain is None else float(_gain(gain) or 0.0),
-                baseline=baseline,
-                resolution_nm=0.0 if resolution is None else resolution,
-                probability=probability,
-                index_tolerance=index_tolerance,
-                progress=advance,
-            )
-        _series(course, spectrum, files, size, theme, as_json)
-        return
-
-    questions = [asked(path) for path in spectrum]
+    reads, questions = [reading.read(path) for path in spectrum], []
+    for read in reads:
+        inside = reading.inside(read.wavelength_nm)
+        axes = {"wavelength_nm": read.wavelength_nm[inside], "measured": read.measured[inside]}
+        questions.append({**axes, **reading.counts(read.wavelength_nm, spectrum[0]), **said})
     if dask is None:
-        results = [ir.fit_thickness(**question) for _, question in questions]
+        results = [ir.fit_thickness(**question) for question in questions]
     else:
         from iridesce.sweeping.fits import fit_each
 
         quiet_dask()
-        results = fit_each(dask, [question for _, question in questions])
-    answers = [(path, read, result) for path, (read, _), result in zip(spectrum, questions, results, strict=True)]
-    path, read, result = answers[0]
-    for file in files:
-        if file.suffix.lower() in rows.FORMATS:
-            columns: dict[str, Any] = {"wavelength_nm": result.wavelength_nm, "measured": result.measured}
-            for number, solution in enumerate(result, start=1):
-                columns[f"fitted_{number}"] = solution.fitted
-            rows.write(file, columns, {"file": str(path), **result.to_dict()})
-        else:
-            write_chart(file, size, lambda ax: result.plot(ax, theme=theme))
+        results = fit_each(dask, questions)
+    return list(zip(spectrum, reads, results, strict=True))
+
+
+def _write(file: Path, path: Path, read: Any, result: Any, size: str | None, theme: str) -> None:
+    """Curves or a plot of a fit."""
+    from iridesce.files import rows
+
+    if file.suffix.lower() not in rows.FORMATS:
+        write_chart(file, size, lambda ax: result.plot(ax, theme=theme))
+        return
+    columns: dict[str, Any] = {"wavelength_nm": result.wavelength_nm, "measured": result.measured}
+    for number, solution in enumerate(result, start=1):
+        columns[f"fitted_{number}"] = solution.fitted
+    rows.write(file, columns, {"file": str(path), **result.to_dict()})
+
+
+def _tell(answers: list[tuple[Path, Any, Any]], files: list[Path], verbose: bool, as_json: bool) -> None:
+    """What the fits say, and which files were written."""
     if as_json:
         told = [
             {"file": str(path), "column": read.column, "read": read.read.to_dict(), **result.to_dict()}
@@ -211,7 +257,9 @@ def verb(
         print(file)
 
 
-def _series(course: Any, spectrum: list[Path], files: list[Path], size: str | None, theme: str, as_json: bool) -> None:
+def _tell_series(
+    course: Any, spectrum: list[Path], files: list[Path], size: str | None, theme: str, as_json: bool
+) -> None:
     """A row a spectrum."""
     from iridesce.files import rows
 
