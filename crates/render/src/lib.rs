@@ -1,15 +1,15 @@
 //! The CPU renderer: camera, intersection, film optics in f32, integrator, image.
 
 /// Does `$work` with the vector instructions of a level, for what is compiled once a level and takes long: the paths of light.
-/// Builds with debug assertions, which are those of tests, hold SSE2 and AVX2 alone: each level takes 50 s of processor time to
-/// compile. The tests of the package as users install it run at every level that the machine has.
+/// Builds with debug assertions, which are those of tests, hold SSE2 and AVX2 alone, and this crate's own tests SSE2: each level
+/// takes 50 s of processor time to compile. The tests of the package as users install it run at every level that the machine has.
 #[cfg(not(all(debug_assertions, target_arch = "x86_64")))]
 macro_rules! at_level {
     ($level:expr, $simd:ident => $work:expr) => {
         fearless_simd::dispatch!($level, $simd => $work)
     };
 }
-#[cfg(all(debug_assertions, target_arch = "x86_64"))]
+#[cfg(all(debug_assertions, not(test), target_arch = "x86_64"))]
 macro_rules! at_level {
     ($level:expr, $simd:ident => $work:expr) => {{
         use fearless_simd::Simd as _;
@@ -26,6 +26,17 @@ macro_rules! at_level {
         } else {
             unreachable!("each x86-64 has SSE2")
         }
+    }};
+}
+#[cfg(all(debug_assertions, test, target_arch = "x86_64"))]
+macro_rules! at_level {
+    ($level:expr, $simd:ident => $work:expr) => {{
+        use fearless_simd::Simd as _;
+        let Some($simd) = $level.as_sse2() else { unreachable!("each x86-64 has SSE2") };
+        $simd.vectorize(
+            #[inline(always)]
+            || $work,
+        )
     }};
 }
 

@@ -73,7 +73,7 @@ pub fn draw_passes(
             let size = sums.batch_size().unwrap_or(first);
             let samples = size.min(most - sums.samples.min(most));
             if samples > 0 {
-                at_level!(level, simd => sums.add(simd, scene, *tile, [samples, size], watch))?;
+                sums.add(level, scene, *tile, [samples, size], watch)?;
             }
             watch.add(tile.pixels() as u64);
             Ok::<(), RenderError>(())

@@ -200,7 +200,7 @@ fn draw_once(
                 let mut sums = TileSums::new(tile, scene.extras);
                 while sums.samples < samples && !settled.is_some_and(|error| sums.are_settled(error)) {
                     let more = pass.min(samples - sums.samples);
-                    at_level!(level, simd => sums.add(simd, scene, tile, [more, size], watch))?;
+                    sums.add(level, scene, tile, [more, size], watch)?;
                 }
                 sums.close();
                 sums

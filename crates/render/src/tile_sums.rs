@@ -1,6 +1,6 @@
 //! What the samples of a tile have added up to: all that a journal keeps of it, and all that its planes are made of.
 
-use fearless_simd::Simd;
+use fearless_simd::{Level, Simd};
 use iridesce_numerics::Watch;
 
 use crate::failure::{PathFailure, describe};
@@ -54,8 +54,20 @@ impl TileSums {
 
     /// Adds `samples` more to every pixel, in batches of `size`. [`RenderError::Cancelled`] within 1024 samples of the watch
     /// saying so; the sums are then of no use.
+    pub fn add(
+        &mut self,
+        level: Level,
+        scene: &Prepared,
+        tile: Rect,
+        batches: [u32; 2],
+        watch: &Watch,
+    ) -> Result<(), RenderError> {
+        // The one place where the paths of light are compiled for each level: a second one doubles the time of a build.
+        at_level!(level, simd => self.add_with(simd, scene, tile, batches, watch))
+    }
+
     #[inline(always)]
-    pub fn add<S: Simd>(
+    fn add_with<S: Simd>(
         &mut self,
         simd: S,
         scene: &Prepared,
