@@ -28,7 +28,8 @@ CASES = {
     "strong film, curved law, tilted camera": (FilmSphere(1.9, 100.0, 500.0, 2.0), TILTED, 0.0),
     "strongest film": (FilmSphere(2.4, 250.0, 250.0), CLOSE, 200.0),
     "from within": (FilmSphere(1.5, 50.0, 700.0), INSIDE, 25.0),
-    "thin metal": (FilmSphere(0.4 + 2.4j, 10.0, 30.0), TILTED, 0.0),
+    # (Half the pixels: light goes round in it a hundred times, and the closed form takes as long.)
+    "thin metal": (FilmSphere(0.4 + 2.4j, 10.0, 30.0), {**TILTED, "resolution": [28, 21]}, 0.0),
     "small and away from the origin": (
         FilmSphere(1.45, 200.0, 400.0, 0.5, (10.0, -3.0, 2.0), 0.05),
         {"position": [10.1, -2.9, 2.25], "target": [10.0, -3.0, 2.0], "fov_deg": 24.0, "resolution": [32, 32]},
