@@ -17,6 +17,7 @@ mod catalogue;
 mod formula;
 mod mixture;
 mod number;
+mod page;
 mod rows;
 mod yaml;
 

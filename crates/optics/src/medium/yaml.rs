@@ -6,6 +6,7 @@
 use saphyr_parser::{Event, Parser, ScalarStyle, Span, StrInput};
 
 use super::number::{plain, shifted};
+use super::page;
 use super::rows::{Columns, Repeated, Row, tables};
 use super::{Data, Formula, MAX_TEXT_BYTES, Medium, Real};
 use crate::OpticsError;
@@ -20,7 +21,7 @@ const MAX_DEPTH: usize = 32;
 const MAX_KEYS: usize = 256;
 
 /// A page of the database is a mapping; these are its parts that matter here.
-enum Node {
+pub(super) enum Node {
     /// Text, and the line on which its content starts.
     Scalar(String, usize),
     List(Vec<Node>, usize),
@@ -59,8 +60,17 @@ pub(super) fn read(text: &str, label: &str) -> Result<Medium, OpticsError> {
             MAX_TEXT_BYTES >> 20
         )));
     }
+    let page = parse(text).map_err(|(line, why)| OpticsError::Data(format!("{label}:{line}: {why}")))?;
+    medium(&page, label)
+}
+
+/// A page that comes with this crate.
+pub(super) fn read_own(text: &str, label: &str) -> Result<Medium, OpticsError> {
+    medium(&page::tree(text), label)
+}
+
+fn medium(page: &Node, label: &str) -> Result<Medium, OpticsError> {
     let fail = |(line, why): Wrong| OpticsError::Data(format!("{label}:{line}: {why}"));
-    let page = parse(text).map_err(fail)?;
     let no_data = || {
         OpticsError::Data(format!(
             "{label}: is no page of the refractiveindex.info database: it holds no list under the key DATA"
