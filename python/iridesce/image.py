@@ -22,7 +22,7 @@ from iridesce._picture_files import (
     seen_spectra,
     xyz_of_file,
 )
-from iridesce.arguments.refusals import Words, refusal
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import file_name, one_of
 from iridesce.errors import ArgumentError
 from iridesce.files.whole import read_whole
@@ -422,7 +422,9 @@ def _plane(name: str, values: npt.ArrayLike, size: tuple[int, int] | None, depth
         raise
     except (TypeError, ValueError, RuntimeError, OverflowError) as error:
         # (numpy has its own words for what has more than 32 or 64 dimensions.)
-        raise ValueError(f"{name} must be an array of numbers: {error}") from None
+        raise complaint(
+            f"{name} must be an array of numbers: {error}", name, "an array of numbers", Words(error)
+        ) from None
     if size is None:
         good = array.ndim == 3 and array.shape[2] == depth and array.size > 0
         if not good:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy.typing as npt
 
 from iridesce.arguments.operands import Floats, broadcast_shape, real_operand
+from iridesce.arguments.refusals import complaint
 from iridesce.arguments.scalars import one_of
 from iridesce.color import derivatives as color_slopes
 from iridesce.color.stack_html import stack_html
@@ -84,9 +85,19 @@ class Stack(Multilayer):
         if one_of("model", model, ("exact", "two-beam")) == "two-beam":
             self._must_be_one_film()
             if polarization != "unpolarized":
-                raise ValueError(f'model="two-beam" knows no polarisation, got polarization={polarization!r}')
+                raise complaint(
+                    f'model="two-beam" knows no polarisation, got polarization={polarization!r}',
+                    "polarization",
+                    "unpolarized for the two-beam model",
+                    polarization,
+                )
             if quantity != "reflectance":
-                raise ValueError(f'model="two-beam" gives the reflectance only, got quantity={quantity!r}')
+                raise complaint(
+                    f'model="two-beam" gives the reflectance only, got quantity={quantity!r}',
+                    "quantity",
+                    "reflectance for the two-beam model",
+                    quantity,
+                )
         angle = real_operand("angle_deg", angle_deg, low=0.0, high=90.0)
         broadcast_shape([angle, *self._thicknesses()])
         # Here, not above: the colour stage comes after this one and is not needed for spectra.

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import ast
 import copy
 import pickle
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import iridesce as ir
+from conftest import ROOT
 from iridesce.errors import ArgumentError
 
 FILM = ir.Stack(["air", ir.Layer("soap", thickness_nm=320.0), "air"])
@@ -157,3 +160,77 @@ def test_errors_travel_between_processes() -> None:
 @pytest.mark.parametrize("kind", [ArgumentError, ir.SceneError, ir.ResourceError])
 def test_one_except_catches_all(kind: type[Exception]) -> None:
     assert issubclass(kind, ValueError)
+
+
+# --- where a ValueError has no parts
+
+A_FILE = "what a file holds, which no argument names: the file, the place in it and what is wrong"
+A_RUN = "what stands in a folder or a journal that a run should go on with"
+PICTURES = "what several pictures or files say of each other"
+WORKERS = "what a machine elsewhere has installed"
+
+# Modules that raise a bare ValueError with words of its own: how many, and why they are about no argument.
+BARE: dict[str, tuple[int, str]] = {
+    "_picture_files.py": (2, A_FILE),
+    "cli/reading.py": (3, "options as typed, before there is an argument"),
+    "cli/run_folder.py": (5, A_RUN),
+    "cli/verbs/fit.py": (2, PICTURES),
+    "cli/verbs/flow.py": (4, A_RUN),
+    "cli/verbs/sweep.py": (2, A_RUN),
+    "color/camera_tables.py": (8, A_FILE),
+    "color/color_table.py": (6, A_FILE),
+    "color/light.py": (1, A_FILE),
+    "exchange/exr.py": (9, A_FILE),
+    "exchange/importers/common.py": (4, A_FILE),
+    "exchange/importers/gltf.py": (15, A_FILE),
+    "exchange/importers/materialx.py": (6, A_FILE),
+    "exchange/importers/mitsuba.py": (3, A_FILE),
+    "exchange/lut.py": (2, A_FILE),
+    "exchange/png.py": (8, A_FILE),
+    "exchange/validating.py": (4, A_FILE),
+    "files/spectra.py": (1, A_FILE),
+    "files/trees.py": (4, A_FILE),
+    "files/whole.py": (1, A_FILE),
+    "image.py": (1, A_FILE),
+    "inverse/calibration.py": (3, A_FILE),
+    "inverse/pictures.py": (3, A_FILE),
+    "inverse/series.py": (1, PICTURES),
+    "optics/database.py": (2, A_FILE),
+    "rendering/animation.py": (6, A_FILE),
+    "rendering/journal.py": (3, A_RUN),
+    "rendering/merging.py": (5, PICTURES),
+    "sweeping/cluster.py": (6, WORKERS),
+    "sweeping/needed.py": (1, A_FILE),
+    "sweeping/results.py": (2, "what the points of a sweep gave: of several shapes"),
+    "sweeping/store.py": (4, A_RUN),
+}
+
+
+def bare_errors(root: Path) -> dict[str, int]:
+    """Modules that raise ``ValueError("...")`` themselves, and how often; without words it is for the next ``except``."""
+    found = {}
+    for file in sorted(root.rglob("*.py")):
+        raised = [
+            node.exc for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))) if isinstance(node, ast.Raise)
+        ]
+        calls = [one for one in raised if isinstance(one, ast.Call) and one.args]
+        count = sum(isinstance(one.func, ast.Name) and one.func.id == "ValueError" for one in calls)
+        if count:
+            found[file.relative_to(root).as_posix()] = count
+    return found
+
+
+def test_a_value_error_about_an_argument_has_parts() -> None:
+    found = bare_errors(ROOT / "python" / "iridesce")
+    assert found == {name: count for name, (count, _) in BARE.items()}, (
+        "about an argument? iridesce.arguments.refusals makes it; else count it here, with its reason"
+    )
+
+
+def test_a_bare_error_is_seen(tmp_path: Path) -> None:
+    (tmp_path / "p").mkdir()
+    (tmp_path / "p" / "bare.py").write_text('def f(x):\n    raise ValueError(f"x must be 1, got {x}") from None\n')
+    (tmp_path / "fine.py").write_text(
+        'def f(x):\n    raise ValueError\n\n\ndef g(x):\n    raise refusal("x", "1", x)\n'
+    )
+    assert bare_errors(tmp_path) == {"p/bare.py": 1}

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from iridesce.arguments.refusals import Words, refusal, short
+from iridesce.arguments.refusals import Words, complaint, refusal, short
 from iridesce.arguments.scalars import allowed_range
 from iridesce.errors import ResourceError
 
@@ -56,7 +56,12 @@ def real_operand(
 ) -> Operand:
     """A real, finite argument within [low, high) (or (low, high)), copied; ``ValueError`` tells what is wrong where."""
     if isinstance(value, np.ma.MaskedArray):
-        raise ValueError(f"{name} must not be a masked array: fill or drop the masked entries")
+        raise complaint(
+            f"{name} must not be a masked array: fill or drop the masked entries",
+            name,
+            "an array without a mask",
+            Words("a masked array"),
+        )
     try:
         array = np.asarray(value)
     except (ValueError, TypeError, OverflowError) as error:
@@ -64,7 +69,9 @@ def real_operand(
     if array.dtype.kind not in "iuf":
         raise refusal(name, "real numbers", Words(f"{short(value)} of type {array.dtype}"))
     if array.size == 0:
-        raise ValueError(f"{name} must not be empty, got shape {array.shape}")
+        raise complaint(
+            f"{name} must not be empty, got shape {array.shape}", name, "not empty", Words(f"shape {array.shape}")
+        )
     if array.ndim > _MOST_AXES:
         raise refusal(name, f"an array of at most {_MOST_AXES} axes", Words(f"{array.ndim} axes"))
     shape = array.shape
@@ -98,7 +105,9 @@ def broadcast_shape(operands: Sequence[Operand]) -> tuple[int, ...]:
         arrays = [operand for operand in operands if operand.shape]
         names = _listed([operand.name for operand in arrays])
         shapes = _listed([str(operand.shape) for operand in arrays])
-        raise ValueError(f"{names} must broadcast: shapes {shapes}") from None
+        raise complaint(
+            f"{names} must broadcast: shapes {shapes}", names, "of shapes that broadcast", Words(shapes)
+        ) from None
 
 
 def _listed(words: list[str]) -> str:
@@ -145,9 +154,16 @@ def checked_out(out: object, shape: tuple[int, ...]) -> Floats:
     if out.dtype != np.float64 or not out.dtype.isnative:
         raise refusal("out", "of type float64", Words(f"{out.dtype}"))
     if out.shape != shape:
-        raise ValueError(f"out must have the shape of the result, {shape}, got {out.shape}")
+        raise complaint(
+            f"out must have the shape of the result, {shape}, got {out.shape}",
+            "out",
+            f"of the shape of the result, {shape}",
+            Words(f"{out.shape}"),
+        )
     if not out.flags.c_contiguous or not out.flags.aligned:
-        raise ValueError("out must be in C order (contiguous, last axis fastest)")
+        raise complaint(
+            "out must be in C order (contiguous, last axis fastest)", "out", "in C order", Words("another order")
+        )
     if not out.flags.writeable:
-        raise ValueError("out must be writable")
+        raise complaint("out must be writable", "out", "writable", Words("a read-only array"))
     return out

@@ -11,7 +11,7 @@ import os
 from collections.abc import Sequence
 from typing import Any
 
-from iridesce.arguments.refusals import refusal
+from iridesce.arguments.refusals import complaint, refusal
 
 MOST_THREADS = 1024
 
@@ -81,7 +81,12 @@ def file_name(path: object, endings: Sequence[str] = ()) -> str:
         raise refusal("path", f"a file name{ending}", path)
     name = os.fsdecode(os.fspath(path))
     if endings and os.path.splitext(name)[1].lower() not in endings:
-        raise ValueError(f"path must end in {' or '.join(endings)}, got {name!r:.200}")
+        raise complaint(
+            f"path must end in {' or '.join(endings)}, got {name!r:.200}",
+            "path",
+            f"a name that ends in {' or '.join(endings)}",
+            name,
+        )
     if not name or "\0" in name:
         raise refusal("path", "a file name without a zero byte", name)
     return name

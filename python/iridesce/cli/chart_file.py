@@ -9,6 +9,7 @@ from typing import Any
 
 import typer
 
+from iridesce.arguments.refusals import Words, refusal
 from iridesce.cli.reading import reading, size_in_pixels
 
 FORMATS = (".png", ".pdf", ".svg")
@@ -22,7 +23,7 @@ def write_panels(path: Path, pixels: tuple[int, int], panels: int, draw: Callabl
         raise typer.BadParameter(f"the name must end in {', '.join(FORMATS)}, got {str(path)!r}", param_hint="-o")
     width, height = pixels
     if width < 160 or height < 120:
-        raise ValueError(f"--size must be at least 160x120 for a chart, got {width}x{height}")
+        raise refusal("--size", "at least 160x120 for a chart", Words(f"{width}x{height}"))
     from iridesce.errors import ResourceError
     from iridesce.files.whole import check_place, write_whole
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iridesce.arguments.operands import Floats, reals
+from iridesce.arguments.refusals import refusal
 from iridesce.files.whole import read_whole
 
 _MOST_BYTES = 1 << 22
@@ -87,14 +88,14 @@ def camera(name: str | os.PathLike[str]) -> Camera:
         return name
     text = os.fspath(name) if isinstance(name, str | os.PathLike) else None
     if not isinstance(text, str):
-        raise ValueError(f"camera must be a name or a path, got {name!r:.80}")
+        raise refusal("camera", "a name or a path", name)
     if text.lower() in _BUILT_IN:
         table = _from_csv(text.lower(), _stored(f"{text.lower()}.csv"), "")
         return Camera(table.name, _NM, table.at(_NM), "Darrodi et al. 2015, doi 10.1364/JOSAA.32.000381")
     path = Path(text)
     if not path.exists() and not path.suffix:
-        raise ValueError(
-            f"camera must be one of {', '.join(cameras())}, or a file of sensitivities (CSV nm,r,g,b or JSON), got {text!r:.80}"
+        raise refusal(
+            "camera", f"one of {', '.join(cameras())}, or a file of sensitivities (CSV nm,r,g,b or JSON)", text
         )
     content = read_whole(text, _MOST_BYTES, "no table of sensitivities is")
     try:

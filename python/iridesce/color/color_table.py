@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from iridesce import _core
 from iridesce._progress import Tell, Told, check_progress, watched
 from iridesce.arguments.operands import Floats, Operand, broadcast_shape, checked_out, new_array, place, real_operand
-from iridesce.arguments.refusals import refusal
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import checked_threads, file_name, one_of
 from iridesce.color.light import Illuminant
 from iridesce.color.light import illuminant as named_illuminant
@@ -105,7 +105,7 @@ class ColorTable:
         polarization = one_of("polarization", polarization, _POLARIZATIONS)
         tolerance = real_operand("max_delta_e", max_delta_e, low=0.0, includes_low=False)
         if tolerance.shape:
-            raise ValueError(f"max_delta_e must be a single number, got shape {tolerance.shape}")
+            raise refusal("max_delta_e", "a single number", Words(f"shape {tolerance.shape}"))
         check_progress(progress)
 
         parts: dict[tuple[str, str], Any] = {}
@@ -449,20 +449,30 @@ class _Counter:
 def _varying_layer(stack: Multilayer, layer: object) -> int:
     count = len(stack.layers)
     if count == 0:
-        raise ValueError(f"a colour table needs a stack with a layer, got {stack!r}")
+        raise complaint(
+            f"a colour table needs a stack with a layer, got {stack!r}", "stack", "a stack with a layer", stack
+        )
     many = [number for number, one in enumerate(stack.layers) if one._thickness.values.size > 1]
     if layer is None:
         if len(many) > 1 or (not many and count > 1):
-            raise ValueError(
+            raise complaint(
                 f"layer must say which of the {count} layers varies, 0 to {count - 1}"
-                f" ({'several hold' if many else 'none holds'} an array of thicknesses)"
+                f" ({'several hold' if many else 'none holds'} an array of thicknesses)",
+                "layer",
+                f"a whole number from 0 to {count - 1}",
+                None,
             )
         return many[0] if many else 0
     if isinstance(layer, bool) or not isinstance(layer, int | np.integer) or not 0 <= layer < count:
         raise refusal("layer", f"a whole number from 0 to {count - 1}", layer)
     others = [number for number in many if number != layer]
     if others:
-        raise ValueError(f"all layers but the varying one must have one thickness; layer {others[0]} has an array")
+        raise complaint(
+            f"all layers but the varying one must have one thickness; layer {others[0]} has an array",
+            "layer",
+            "the one whose thickness is an array",
+            layer,
+        )
     return int(layer)
 
 
@@ -480,14 +490,14 @@ def _extent(operand: Operand) -> tuple[float, float]:
 def _listed(argument: str, value: Any) -> list[Any]:
     listed = list(value) if isinstance(value, list | tuple) else [value]
     if not listed:
-        raise ValueError(f"{argument} must not be empty")
+        raise complaint(f"{argument} must not be empty", argument, "not empty", value)
     return listed
 
 
 def _check_distinct(argument: str, names: list[str]) -> None:
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"{argument} must not name {name!r} twice")
+            raise complaint(f"{argument} must not name {name!r} twice", argument, "different names", names)
 
 
 def _within(name: str, value: ArrayLike, allowed: tuple[float, float]) -> Floats:

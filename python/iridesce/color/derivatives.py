@@ -10,6 +10,7 @@ import numpy.typing as npt
 from iridesce import _core
 from iridesce._notebook import rows_html
 from iridesce.arguments.operands import Floats, broadcast_shape, place, real_operand
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import one_of
 from iridesce.color.films import stack_color
 from iridesce.color.light import Illuminant
@@ -108,7 +109,13 @@ def color_derivatives(
     if not np.isfinite(jacobian).all():
         wrong = int(np.argmin(np.isfinite(jacobian).all(axis=(1, 2))))
         where = place(np.unravel_index(wrong, shape)) if shape else ""
-        raise ValueError(f'space="{space}" has no derivatives at the colour XYZ = {xyz[wrong].tolist()}{where}')
+        raise complaint(
+            f'space="{space}" has no derivatives at the colour XYZ = {xyz[wrong].tolist()}{where}',
+            "space",
+            "one with derivatives at every colour of the film",
+            space,
+            where,
+        )
     turned = np.einsum("pij,pjd->pid", jacobian, slopes).reshape(*shape, 3, -1)
     return named(value, turned, len(self.layers))
 
@@ -149,9 +156,7 @@ def color_uncertainty(
     """
     sd = real_operand("thickness_sd_nm", thickness_sd_nm, low=0.0)
     if sd.shape not in ((), (len(self.layers),)):
-        raise ValueError(
-            f"thickness_sd_nm must be one number or one a layer ({len(self.layers)}), got shape {sd.shape}"
-        )
+        raise refusal("thickness_sd_nm", f"one number or one a layer ({len(self.layers)})", Words(f"shape {sd.shape}"))
     slopes = color_derivatives(self, angle_deg, polarization, illuminant, observer, space, quantity)
     scaled = slopes.thickness_nm * sd.full()
     covariance = np.einsum("...id,...jd->...ij", scaled, scaled)

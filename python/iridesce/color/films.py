@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats, broadcast_shape, new_array, real_operand, reals
-from iridesce.arguments.refusals import refusal
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import optional_text, text
 from iridesce.color.light import Illuminant, as_illuminant
 from iridesce.optics.multilayer import Multilayer
@@ -65,7 +65,7 @@ def stack_color(
     if wavelength_nm is not None:
         grid = reals("wavelength_nm", wavelength_nm)
         if grid.ndim != 1:
-            raise ValueError(f"wavelength_nm must have one axis, got shape {grid.shape}")
+            raise refusal("wavelength_nm", "one axis", Words(f"shape {grid.shape}"), must="have")
         grid = np.ascontiguousarray(grid)
     colors: Floats = new_array("the colours", (*shape, 3))
     extended, fringe, thickest = _core.stack_color(
@@ -150,14 +150,19 @@ def dias1991(
     """
     media, layers = _parts(stack)
     if len(layers) != 1 or not layers[0].coherent:
-        raise ValueError(f"dias1991 needs exactly one coherent layer, got {len(layers)} layers")
+        raise complaint(
+            f"dias1991 needs exactly one coherent layer, got {len(layers)} layers",
+            "stack",
+            "one of exactly one coherent layer",
+            Words(f"{len(layers)} layers"),
+        )
     chosen: str | list[list[float]]
     if isinstance(matrix, str):
         chosen = matrix
     else:
         given = reals("matrix", matrix)
         if given.shape != (3, 3):
-            raise ValueError(f'matrix must be "printed", "full" or an array of shape (3, 3), got shape {given.shape}')
+            raise refusal("matrix", '"printed", "full" or an array of shape (3, 3)', Words(f"shape {given.shape}"))
         chosen = given.tolist()
     shape, thickness, angles = _points(angle_deg, layers)
     nm = np.asarray(_core.dias1991_wavelengths())

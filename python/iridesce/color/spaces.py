@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats, Operand, broadcast_shape, place, reals, scalar
-from iridesce.arguments.refusals import refusal
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import optional_text, text
 from iridesce.color.light import Illuminant, as_illuminant
 
@@ -55,10 +55,15 @@ def spectrum_to_xyz(
     """
     nm = reals("wavelength_nm", wavelength_nm)
     if nm.ndim != 1:
-        raise ValueError(f"wavelength_nm must have one axis, got shape {nm.shape}")
+        raise refusal("wavelength_nm", "one axis", Words(f"shape {nm.shape}"), must="have")
     spectra = reals("values", values)
     if spectra.ndim < 1 or spectra.shape[-1] != nm.size:
-        raise ValueError(f"the last axis of values must match wavelength_nm: shapes {spectra.shape} and {nm.shape}")
+        raise complaint(
+            f"the last axis of values must match wavelength_nm: shapes {spectra.shape} and {nm.shape}",
+            "values",
+            f"values with {nm.size} entries along the last axis",
+            Words(f"shape {spectra.shape}"),
+        )
     light = as_illuminant(illuminant)
     flat = np.ascontiguousarray(spectra.reshape(-1, nm.size))
     rows = _core.spectrum_to_xyz(np.ascontiguousarray(nm), flat, light._core, text("observer", observer))
@@ -118,7 +123,12 @@ def rgb_matrix(space: str) -> Floats:
     """
     matrix = _core.rgb_matrix(text("space", space))
     if matrix is None:
-        raise ValueError(f"space {space!r} has no primaries; RGB spaces: {' '.join(SPACES[5:])}")
+        raise complaint(
+            f"space {space!r} has no primaries; RGB spaces: {' '.join(SPACES[5:])}",
+            "space",
+            f"one of {' '.join(SPACES[5:])}",
+            space,
+        )
     return np.array(matrix)
 
 
@@ -168,7 +178,7 @@ def map_gamut(values: ArrayLike, space: str = "srgb", gamut: str = "hue") -> tup
 def _colors(argument: str, values: ArrayLike) -> Floats:
     array = reals(argument, values)
     if array.ndim < 1 or array.shape[-1] != 3:
-        raise ValueError(f"{argument} must have a last axis of 3, got shape {array.shape}")
+        raise refusal(argument, "a last axis of 3", Words(f"shape {array.shape}"), must="have")
     return array
 
 
@@ -181,7 +191,9 @@ def _checked(result: Floats, given: Floats, problem: str) -> Floats:
     bad = np.argwhere(~np.isfinite(result))
     if bad.size:
         row = tuple(bad[0][: given.ndim - 1])
-        raise ValueError(f"the colour {given[row].tolist()}{place(row)} {problem}")
+        colour = given[row].tolist()
+        words = f"the colour {colour}{place(row)} {problem}"
+        raise complaint(words, "values", "colours with a finite answer", colour, place(row))
     return result
 
 

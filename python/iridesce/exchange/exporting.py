@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from iridesce import color
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.exchange import charts
 from iridesce.exchange.films import film_of, read_stack
 from iridesce.exchange.output import checked_folder, write_folder
@@ -74,9 +75,9 @@ def export(
     True
     """
     if not isinstance(to, str) or to not in _TARGETS:
-        raise ValueError(f"to must be one of {', '.join(TARGETS)}, got {to!r:.60}")
+        raise refusal("to", f"one of {', '.join(TARGETS)}", to)
     if not isinstance(fit, bool | np.bool_):
-        raise ValueError(f"fit must be True or False, got {fit!r:.60}")
+        raise refusal("fit", "True or False", fit)
     folder = checked_folder(path)
     request = _request(stack_or_scene, vary, thickness, color.illuminant(illuminant), bool(fit))
     module, function = _TARGETS[to]
@@ -106,7 +107,12 @@ def _request(source: Any, vary: Any, thickness: Any, light: color.Illuminant, fi
     if isinstance(source, Stack):
         return Request([film_of(source, layer, vary, grid, light)], light, None, fit)
     if vary is not None or thickness is not None:
-        raise ValueError("vary and thickness go with a stack; the films of a scene have their own thicknesses")
+        raise complaint(
+            "vary and thickness go with a stack; the films of a scene have their own thicknesses",
+            "vary" if vary is not None else "thickness",
+            "left out for a scene",
+            vary if vary is not None else Words(type(thickness).__name__),
+        )
     from iridesce.exchange.laying import folder_of
     from iridesce.exchange.pieces import pieces_of
 

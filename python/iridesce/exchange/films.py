@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from iridesce import color
 from iridesce.arguments.operands import Floats, real_operand
+from iridesce.arguments.refusals import Words, complaint, refusal, within
 from iridesce.exchange.appearance import Roughness
 from iridesce.optics.stack_text import parse_items
 from iridesce.stack import Layer, Stack
@@ -98,7 +99,9 @@ class Film:
     def table_range(self) -> tuple[float, float]:
         """What a table spans: the film's range, or for a film of one thickness 0 to twice that, to 2000 nm at least."""
         if self.layer is None:
-            raise ValueError(f"a table needs a stack with a layer, got {self.stack!r}")
+            raise complaint(
+                f"a table needs a stack with a layer, got {self.stack!r}", "stack", "a stack with a layer", self.stack
+            )
         return self.range_nm if self.varies else (TABLE_NM[0], max(TABLE_NM[1], 2.0 * self.range_nm[1]))
 
     @property
@@ -150,10 +153,15 @@ def read_stack(text: str) -> tuple[Stack, int | None]:
         try:
             layers.append(Layer(item.medium, item.thickness_nm, item.coherent))
         except ValueError as error:
-            raise ValueError(f"{item.where}: {error}") from None
+            raise within(item.where, error) from None
     is_open = [number for number, item in enumerate(middle) if item.is_open]
     if len(is_open) > 1:
-        raise ValueError(f"only one layer may leave out its thickness, got {text!r}")
+        raise complaint(
+            f"only one layer may leave out its thickness, got {text!r}",
+            "stack",
+            "a stack of which one layer at most leaves out its thickness",
+            text,
+        )
     return Stack([first.medium, *layers, last.medium]), is_open[0] if is_open else None
 
 
@@ -182,8 +190,11 @@ def film_of(
     if thickness_nm is not None and vary is not None:
         low, high = float(thickness_nm.min()), float(thickness_nm.max())
         if low < extent[0] or high > extent[1]:
-            raise ValueError(
-                f"thickness runs from {low:g} to {high:g} nm, beyond vary = {extent[0]:g} to {extent[1]:g} nm"
+            raise complaint(
+                f"thickness runs from {low:g} to {high:g} nm, beyond vary = {extent[0]:g} to {extent[1]:g} nm",
+                "thickness",
+                f"within vary = {extent[0]:g} to {extent[1]:g} nm",
+                Words(f"{low:g} to {high:g} nm"),
             )
     return Film(stack, layer, extent, illuminant, name, thickness_nm, _is_free(stack), notes)
 
@@ -192,12 +203,14 @@ def checked_range(name: str, value: object) -> tuple[float, float]:
     """``(A, B)`` nm, 0 <= A < B <= 1e5."""
     operand = real_operand(name, value, low=0.0)
     if operand.shape != (2,):
-        raise ValueError(f"{name} must be two thicknesses (A, B) in nm, got {value!r:.80}")
+        raise refusal(name, "two thicknesses (A, B) in nm", value)
     low, high = (float(end) for end in operand.full())
     if not low < high:
-        raise ValueError(f"{name} must run from a thinner to a thicker film, got {low:g} to {high:g} nm")
+        raise refusal(name, "from a thinner to a thicker film", Words(f"{low:g} to {high:g} nm"), must="run")
     if high > THICKEST_NM:
-        raise ValueError(f"{name} must end at {THICKEST_NM:g} nm or below (thicker films are grey), got {high:g} nm")
+        raise refusal(
+            name, f"at {THICKEST_NM:g} nm or below (thicker films are grey)", Words(f"{high:g} nm"), must="end"
+        )
     return low, high
 
 
@@ -207,7 +220,12 @@ def _varying(stack: Stack, layer: int | None, must: bool) -> int | None:
         return layer
     if count == 0:
         if must:
-            raise ValueError(f"a thickness that varies needs a stack with a layer, got {stack!r}")
+            raise complaint(
+                f"a thickness that varies needs a stack with a layer, got {stack!r}",
+                "stack",
+                "a stack with a layer",
+                stack,
+            )
         return None
     arrays = [number for number, one in enumerate(stack.layers) if one._thickness.values.size > 1]
     if len(arrays) == 1:
@@ -215,9 +233,12 @@ def _varying(stack: Stack, layer: int | None, must: bool) -> int | None:
     if count == 1:
         return 0
     if len(arrays) > 1 or must:
-        raise ValueError(
+        raise complaint(
             f"which of the {count} layers varies? Give that one an array of thicknesses, in text a ? for its thickness"
-            f" ({len(arrays) or 'none'} of them {'has' if len(arrays) < 2 else 'have'} one)"
+            f" ({len(arrays) or 'none'} of them {'has' if len(arrays) < 2 else 'have'} one)",
+            "stack",
+            "a stack of which one layer has an array of thicknesses",
+            Words(f"{len(arrays) or 'none'} of {count}"),
         )
     return int(np.argmax([one.coherent for one in stack.layers]))
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from iridesce import _core
+from iridesce.arguments.refusals import refusal
 from iridesce.errors import SceneError
 from iridesce.exchange.importers.common import Import
 from iridesce.scene import Scene
@@ -43,11 +44,11 @@ def import_scene(path: str | os.PathLike[str]) -> tuple[Scene, list[str]]:
     320.0
     """
     if not isinstance(path, str | os.PathLike):
-        raise ValueError(f"path must be a file ending in {', '.join(ENDINGS)}, got {path!r:.60}")
+        raise refusal("path", f"a file ending in {', '.join(ENDINGS)}", path)
     name = os.fspath(path)
     ending = Path(name).suffix.lower() if isinstance(name, str) else ""
     if ending not in _READERS:
-        raise ValueError(f"path must be a file ending in {', '.join(ENDINGS)}, got {name!r:.200}")
+        raise refusal("path", f"a file ending in {', '.join(ENDINGS)}", name)
     import importlib
 
     module, function = _READERS[ending]

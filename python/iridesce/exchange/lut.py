@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core, color
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import complaint, refusal
 from iridesce.arguments.scalars import one_of
 from iridesce.exchange import charts, exr, png
 from iridesce.exchange.films import ANGLES_DEG, COUNT, Film, film_of, grazing_deg
@@ -223,9 +224,7 @@ def checked_size(size: object) -> tuple[int, int]:
         if (width, height) != tuple(size) or min(width, height) < 2 or width * height > _MOST_TEXELS:  # type: ignore[arg-type]
             raise ValueError
     except (TypeError, ValueError):
-        raise ValueError(
-            f"size must be (width, height), each >= 2, {_MOST_TEXELS} texels at most, got {size!r:.60}"
-        ) from None
+        raise refusal("size", f"(width, height), each >= 2, {_MOST_TEXELS} texels at most", size) from None
     return width, height
 
 
@@ -236,10 +235,17 @@ def single_file(
     one_of("quantity", quantity, QUANTITIES)
     film = film_of(stack, layer, vary, None, color.illuminant(illuminant))
     if quantity == "transmittance" and not film.transmits:
-        raise ValueError(f"{film.text_for_table}: nothing comes out behind {stack.last.name}, which absorbs")
+        raise complaint(
+            f"{film.text_for_table}: nothing comes out behind {stack.last.name}, which absorbs",
+            "quantity",
+            "reflectance where the last medium absorbs",
+            quantity,
+        )
     if ending == ".cube":
         if size is not None:
-            raise ValueError(f"a .cube has {CUBE_SIZE} entries; size goes with .exr and .png")
+            raise complaint(
+                f"a .cube has {CUBE_SIZE} entries; size goes with .exr and .png", "size", "left out for a .cube", size
+            )
         stated = cube_error(film, quantity)
         return cube_file(film, quantity, stated), stated, film
     lut = table(film, quantity, None if size is None else checked_size(size))

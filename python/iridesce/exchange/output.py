@@ -7,16 +7,17 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
+from iridesce.arguments.refusals import refusal
 from iridesce.files.whole import check_place, write_whole
 
 
 def checked_folder(path: object) -> Path:
     """The folder to write into, as a path; `ValueError` for what is no path, `OSError` for what cannot be a folder."""
     if not isinstance(path, str | os.PathLike):
-        raise ValueError(f"path must be a folder, got {path!r:.60}")
+        raise refusal("path", "a folder", path)
     name = os.fspath(path)
     if not isinstance(name, str) or not name or "\0" in name:
-        raise ValueError(f"path must be a folder, got {name!r:.60}")
+        raise refusal("path", "a folder", name)
     folder = Path(name)
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(20, "is a file, not a folder", str(folder))

@@ -16,6 +16,7 @@ import numpy as np
 
 from iridesce import color, thickness
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint
 from iridesce.exchange.drawn import by_render, is_builtin
 from iridesce.exchange.films import Film
 from iridesce.exchange.geometry import Mesh, Surface, globe, surface_of
@@ -117,7 +118,12 @@ def pieces_of(scene: Scene, light: color.Illuminant, folder: Path) -> list[Piece
             film = None if piece.film is None else replace(piece.film, name=name)
             found.append(replace(piece, name=name, film=film))
     if not any(piece.film is not None for piece in found):
-        raise ValueError("the scene has no surface that interferes: no film, coating, dielectric or metal")
+        raise complaint(
+            "the scene has no surface that interferes: no film, coating, dielectric or metal",
+            "scene",
+            "a scene with a film, a coating, a dielectric or a metal",
+            Words("one without"),
+        )
     return found
 
 

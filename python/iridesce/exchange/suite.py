@@ -10,6 +10,7 @@ import numpy as np
 
 from iridesce import color
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import refusal
 from iridesce.exchange.films import ANGLES_DEG, COUNT, Film, film_of, read_stack
 
 RANGE_NM = (50.0, 1200.0)
@@ -102,4 +103,4 @@ def charts_named(name: object) -> tuple[Chart, ...]:
                 return (chart,)
         if name.upper() in GROUPS:
             return GROUPS[name.upper()]
-    raise ValueError(f"chart must be one of {', '.join([*CHARTS, *GROUPS])}, got {name!r:.40}")
+    raise refusal("chart", f"one of {', '.join([*CHARTS, *GROUPS])}", name)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from iridesce import color
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.exchange import charts, exr, faults, lut, png
 from iridesce.exchange.charts import Summary
 from iridesce.exchange.films import ANGLES_DEG, COUNT
@@ -211,20 +212,26 @@ def _read(source: Any) -> tuple[Floats, str, lut.Lut | None]:
         try:
             xyz, kind = np.asarray(source, dtype=np.float64), "an array of XYZ"
         except (TypeError, ValueError) as error:
-            raise ValueError(f"picture_or_array must be a file, an Image or an array of XYZ: {error}") from None
+            raise complaint(
+                f"picture_or_array must be a file, an Image or an array of XYZ: {error}",
+                "picture_or_array",
+                "a file, an Image or an array of XYZ",
+                Words(error),
+            ) from None
     if xyz.ndim != 3 or xyz.shape[2] != 3:
-        raise ValueError(f"picture_or_array must have the shape (rows, columns, 3), got {xyz.shape}")
+        raise refusal("picture_or_array", "the shape (rows, columns, 3)", Words(xyz.shape), must="have")
     if not np.isfinite(xyz).all():
         place = tuple(int(i) for i in np.argwhere(~np.isfinite(xyz))[0])
-        raise ValueError(f"picture_or_array must be finite, got {xyz[place]} at index {place}")
+        raise refusal("picture_or_array", "finite", Words(xyz[place]), f"at index {place}")
     height, width = xyz.shape[:2]
     rows = len(ANGLES_DEG)
     if table is None and width % COUNT == 0 and height * COUNT == width * rows:
         return xyz, f"{kind}: a chart of {COUNT} x {rows} patches", None
     if table is None and not (width >= 2 * height >= 8):
-        raise ValueError(
-            f"picture_or_array must be a chart of {COUNT}k x {rows}k pixels or a table of thickness x cos(theta)"
-            f" (such as 512 x 64), got {width} x {height}"
+        raise refusal(
+            "picture_or_array",
+            f"a chart of {COUNT}k x {rows}k pixels or a table of thickness x cos(theta) (such as 512 x 64)",
+            Words(f"{width} x {height}"),
         )
     if table is None:
         table = lut.Lut(xyz, RANGE_NM, "", "", "")
@@ -239,7 +246,7 @@ def _read(source: Any) -> tuple[Floats, str, lut.Lut | None]:
 def _read_file(name: str) -> tuple[Floats, str, lut.Lut | None]:
     ending = Path(name).suffix.lower()
     if ending not in (".exr", ".png", ".npy"):
-        raise ValueError(f"picture_or_array must be an .exr, a .png or an .npy, got {name!r:.200}")
+        raise refusal("picture_or_array", "an .exr, a .png or an .npy", name)
     content = read_whole(name, _MOST_BYTES, "no chart has")
     if ending == ".npy":
         import io

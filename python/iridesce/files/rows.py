@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from iridesce.arguments.refusals import complaint
 from iridesce.files.whole import check_place, write_whole
 
 FORMATS = (".csv", ".json")
@@ -17,7 +18,12 @@ FORMATS = (".csv", ".json")
 def check(path: Path, formats: Sequence[str] = FORMATS) -> None:
     """Find out before the work that a file has a known ending and somewhere to go."""
     if path.suffix.lower() not in formats:
-        raise ValueError(f"the name of an output must end in {', '.join(formats)}, got {str(path)!r}")
+        raise complaint(
+            f"the name of an output must end in {', '.join(formats)}, got {str(path)!r}",
+            "output",
+            f"a name that ends in {', '.join(formats)}",
+            str(path),
+        )
     check_place(path)
 
 

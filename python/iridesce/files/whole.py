@@ -6,6 +6,8 @@ import errno
 import os
 from pathlib import Path
 
+from iridesce.arguments.refusals import complaint
+
 
 def read_whole(label: str, limit: int, why: str = "") -> bytes:
     """All bytes of an ordinary file that a user named, at most ``limit``; every way in which it cannot be read is a
@@ -14,7 +16,7 @@ def read_whole(label: str, limit: int, why: str = "") -> bytes:
     from iridesce import _core
 
     if "\0" in label:
-        raise ValueError(f"path {label!r}: embedded null byte")
+        raise complaint(f"path {label!r}: embedded null byte", "path", "a file name without a zero byte", label)
     try:
         return _core.read_file(label, limit)
     except ValueError as error:

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import file_name, number
 from iridesce.files.whole import read_whole, write_whole
 from iridesce.inverse.model import Problem, describe, read_problem
@@ -119,38 +120,63 @@ class CameraCalibration:
         """
         problem = read_problem(stack, None, None, "reflectance", 0.0, "unpolarized")
         if len(problem.unknown) != 1:
-            raise ValueError(f"stack must have one unknown thickness, got {len(problem.unknown)}")
+            raise refusal("stack", "one unknown thickness", Words(len(problem.unknown)), must="have")
         picture = corrected(read_picture(image), flat, dark)
         usable = np.isfinite(picture.pixels).all(axis=2) & ~read_mask(mask, picture.shape)
         usable &= (picture.pixels < clip_levels(picture, usable, None, [])).all(axis=2)
         if not usable.any():
-            raise ValueError("mask, NaN or full channels leave no pixel of the picture")
+            raise complaint(
+                "mask, NaN or full channels leave no pixel of the picture",
+                "mask",
+                "one that leaves pixels whose channels are finite and not full",
+                Words("none of them"),
+            )
         if callable(getattr(thickness_nm, "at_point", None)):
             if pixel_um is None:
-                raise ValueError("pixel_um is needed to lay out a thickness model")
+                raise complaint(
+                    "pixel_um is needed to lay out a thickness model",
+                    "pixel_um",
+                    "a number > 0 with a thickness model",
+                    None,
+                )
             pixel_mm = 1e-3 * number("pixel_um", pixel_um, low=0.0, high=1e6, includes_low=False)
             place = _center(center, picture, usable)
             known = _laid_out(thickness_nm, picture.shape, pixel_mm, place)
         else:
             known = np.asarray(thickness_nm, dtype=np.float64)
             if known.shape != picture.shape:
-                raise ValueError(f"thickness_nm must hold a value for each pixel {picture.shape}, got {known.shape}")
+                raise refusal(
+                    "thickness_nm", f"a value for each pixel {picture.shape}", Words(known.shape), must="hold"
+                )
             place = None
         usable &= np.isfinite(known)
         if not usable.any() or (known[usable] < 0.0).any():
-            raise ValueError("thickness_nm must be >= 0, and known somewhere that is not masked")
+            raise complaint(
+                "thickness_nm must be >= 0, and known somewhere that is not masked",
+                "thickness_nm",
+                ">= 0, and known somewhere that is not masked",
+                Words("values below 0, or none"),
+            )
         seen = picture.pixels[usable]
         if (np.ptp(seen, axis=0) <= 1e-6 * np.abs(seen).max(axis=0, initial=0.0)).any():
-            raise ValueError("a channel of the picture has one value throughout: it shows no film")
+            raise complaint(
+                "a channel of the picture has one value throughout: it shows no film",
+                "image",
+                "a picture whose channels vary",
+                Words("one with a constant channel"),
+            )
         gap = _contact_gap(problem, picture, known, usable, _not_negative) if place is not None else 0.0
         best = _fit(problem, picture, known + gap, usable)
         if best.is_signed and place is not None:
             gap = _contact_gap(problem, picture, known, usable, _signed)
             best = _fit(problem, picture, known + gap, usable)
         if best.misfit > 0.25:
-            raise ValueError(
+            raise complaint(
                 f"the picture does not show this film: {100.0 * best.misfit:.0f} % of its contrast is left over "
-                "(center, pixel_um, stack, or a curve that is not linear)"
+                "(center, pixel_um, stack, or a curve that is not linear)",
+                "image",
+                "a picture of this film",
+                Words(f"one with {100.0 * best.misfit:.0f} % of its contrast left over"),
             )
         scale = best.response.sum(axis=0).mean()
         red, green, blue = (best.haze / scale).tolist()
@@ -263,9 +289,9 @@ def _center(given: Any, picture: Picture, usable: npt.NDArray[np.bool_]) -> tupl
         try:
             x, y = (float(value) for value in given)
         except (TypeError, ValueError):
-            raise ValueError(f"center must be (x, y) in pixels, got {given!r:.60}") from None
+            raise refusal("center", "(x, y) in pixels", given) from None
         if not (math.isfinite(x) and math.isfinite(y)):
-            raise ValueError(f"center must be finite, got ({x}, {y})")
+            raise refusal("center", "finite", Words(f"({x}, {y})"))
         return x, y
     # The picture turned by half a turn about its centre of symmetry is itself: the peak of its correlation with itself turned.
     light = np.where(usable[..., None], picture.pixels, np.nan).astype(np.float64)
@@ -335,14 +361,22 @@ def _profile(
     nm, light = known[usable], picture.pixels[usable].astype(np.float64)
     low, high = float(nm.min()), float(nm.max())
     if high - low < _LEAST_SPAN_NM:
-        raise ValueError(
-            f"thickness_nm spans {high - low:.0f} nm; a response can be learnt from {_LEAST_SPAN_NM:.0f} nm on, better from 2000"
+        raise complaint(
+            f"thickness_nm spans {high - low:.0f} nm; a response can be learnt from {_LEAST_SPAN_NM:.0f} nm on, better from 2000",
+            "thickness_nm",
+            f"{_LEAST_SPAN_NM:.0f} nm wide or more",
+            Words(f"{high - low:.0f} nm"),
         )
     bins = np.minimum(((nm - low) / (high - low) * _BINS).astype(int), _BINS - 1)
     count = np.bincount(bins, minlength=_BINS).astype(np.float64)
     full = count >= _LEAST_BIN
     if full.sum() < 60:
-        raise ValueError(f"only {int(full.sum())} thicknesses have {_LEAST_BIN} pixels or more; at least 60 are needed")
+        raise complaint(
+            f"only {int(full.sum())} thicknesses have {_LEAST_BIN} pixels or more; at least 60 are needed",
+            "thickness_nm",
+            f"60 thicknesses with {_LEAST_BIN} pixels each, or more",
+            Words(int(full.sum())),
+        )
     means, sds = [], []
     for c in range(3):
         mean = np.bincount(bins, light[:, c], minlength=_BINS)[full] / count[full]

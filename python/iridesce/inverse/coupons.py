@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.color.film_tables import Conditions
 from iridesce.color.spaces import delta_e
 from iridesce.optics.medium import Medium
@@ -50,7 +51,12 @@ def growth(coupons: Any, media: Sequence[Medium], conditions: Conditions) -> Gro
     volts, thickness, labs = _read(coupons)
     if labs is not None:
         if len(media) != 1:
-            raise ValueError(f"coupons by colour need one medium, the oxide; media has {len(media)}")
+            raise complaint(
+                f"coupons by colour need one medium, the oxide; media has {len(media)}",
+                "media",
+                "one medium, the oxide, beside coupons by colour",
+                Words(len(media)),
+            )
         thickness = _by_color(volts, labs, media[0], conditions)
     line = volts.size > 2
     columns = np.column_stack([volts, np.ones_like(volts)]) if line else volts[:, None]
@@ -61,31 +67,39 @@ def growth(coupons: Any, media: Sequence[Medium], conditions: Conditions) -> Gro
     slope = float(found[0])
     away = volts - volts.mean()
     if min(slope, float(away @ thickness)) <= 0.0:
-        raise ValueError(
+        raise complaint(
             f"coupons must grow thicker with the voltage; a line through them has "
-            f"{float(away @ thickness) / float(away @ away):.3g} nm a volt"
+            f"{float(away @ thickness) / float(away @ away):.3g} nm a volt",
+            "coupons",
+            "ones that grow thicker with the voltage",
+            Words(f"{float(away @ thickness) / float(away @ away):.3g} nm a volt"),
         )
     offset = float(found[1]) if line else 0.0
     return Growth(slope, math.sqrt(max(float(covariance[0, 0]), 0.0)), offset, math.sqrt(variance), volts, thickness)
 
 
 def _read(coupons: Any) -> tuple[Floats, Floats, Floats | None]:
-    wanted = "coupons must be a list of (volt, nm) or of (volt, (L, a, b)), all of one kind"
+    wanted = "a list of (volt, nm) or of (volt, (L, a, b)), all of one kind"
     try:
         pairs = [(float(volt), np.asarray(value, dtype=np.float64)) for volt, value in coupons]
     except (TypeError, ValueError):
-        raise ValueError(f"{wanted}, got {coupons!r:.100}") from None
+        raise refusal("coupons", wanted, coupons) from None
     shapes = {value.shape for _, value in pairs}
     if shapes not in ({()}, {(3,)}):
-        raise ValueError(f"{wanted}, got {coupons!r:.100}")
+        raise refusal("coupons", wanted, coupons)
     volts, values = np.array([volt for volt, _ in pairs]), np.array([value for _, value in pairs])
     if not (np.isfinite(volts).all() and np.isfinite(values).all() and (volts > 0.0).all()):
-        raise ValueError(f"coupons must be finite, their volts > 0, got {coupons!r:.100}")
+        raise refusal("coupons", "finite, their volts > 0", coupons)
     if np.unique(volts).size < 2:
-        raise ValueError(f"coupons of two voltages at least are needed, got {np.unique(volts).tolist()} V")
+        raise complaint(
+            f"coupons of two voltages at least are needed, got {np.unique(volts).tolist()} V",
+            "coupons",
+            "of two voltages at least",
+            Words(f"{np.unique(volts).tolist()} V"),
+        )
     if shapes == {()}:
         if not (values >= 0.0).all():
-            raise ValueError(f"coupons must have thicknesses >= 0 nm, got {values.tolist()}")
+            raise refusal("coupons", "thicknesses >= 0 nm", Words(values.tolist()), must="have")
         return volts, values, None
     return volts, np.zeros_like(volts), values
 
@@ -105,9 +119,12 @@ def _by_color(volts: Floats, labs: Floats, medium: Medium, conditions: Condition
         if total[at] < best:
             best, line = float(total[at]), (float(_NM_PER_VOLT[at]), float(offset))
     if best > 0.5 * _FAR**2 * volts.size:
-        raise ValueError(
+        raise complaint(
             f"the colours of the coupons are not those of {medium.name} of 0.3 to 6 nm a volt: the nearest line misses them by "
-            f"{math.sqrt(best / volts.size):.3g} (CIEDE2000)"
+            f"{math.sqrt(best / volts.size):.3g} (CIEDE2000)",
+            "coupons",
+            f"of colours that {medium.name} of 0.3 to 6 nm a volt has",
+            Words(f"ones {math.sqrt(best / volts.size):.3g} (CIEDE2000) off"),
         )
     found = []
     for volt, row in zip(volts, cost, strict=True):

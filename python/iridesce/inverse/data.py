@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.inverse.model import Problem
 from iridesce.inverse.solve import Data
 from iridesce.stack import Stack
@@ -23,12 +24,17 @@ def cleaned(
     """Ascending, finite, one value a wavelength; what was changed goes into the notes."""
     nm, values = _column("wavelength_nm", wavelength_nm), _column("measured", measured)
     if nm.shape != values.shape:
-        raise ValueError(f"wavelength_nm and measured must be of one length, got {nm.size} and {values.size}")
+        raise complaint(
+            f"wavelength_nm and measured must be of one length, got {nm.size} and {values.size}",
+            "measured",
+            f"as long as wavelength_nm ({nm.size})",
+            Words(values.size),
+        )
     sd: Floats | None = None
     if noise is not None:
         given = _column("noise", np.atleast_1d(np.asarray(noise)))
         if given.size not in (1, nm.size):
-            raise ValueError(f"noise must be one number or one a point ({nm.size}), got {given.size}")
+            raise refusal("noise", f"one number or one a point ({nm.size})", Words(given.size))
         sd = np.broadcast_to(given, nm.shape).copy()
     good = np.isfinite(nm) & np.isfinite(values) & (nm > 0.0)
     if sd is not None:
@@ -46,7 +52,12 @@ def cleaned(
     nm, values = nm[good], values[good]
     sd = None if sd is None else sd[good]
     if nm.size == 0:
-        raise ValueError("wavelength_nm and measured hold no usable point")
+        raise complaint(
+            "wavelength_nm and measured hold no usable point",
+            "measured",
+            "finite at some wavelength > 0",
+            Words("nothing usable"),
+        )
     order = np.argsort(nm, kind="stable")
     if np.any(np.diff(nm) < 0.0) and not np.all(np.diff(nm) <= 0.0):
         notes.append("the wavelengths were not in order; they have been sorted")
@@ -83,11 +94,16 @@ def referenced(
     nm, m, r = _column("wavelength_nm", wavelength_nm), _column("measured", measured), _column("reference", reference)
     d = np.zeros_like(m) if dark is None else _column("dark", dark)
     if not nm.size == m.size == r.size == d.size:
-        raise ValueError(
-            f"wavelength_nm, measured, reference and dark must be of one length, got {nm.size}, {m.size}, {r.size}, {d.size}"
+        raise complaint(
+            f"wavelength_nm, measured, reference and dark must be of one length, got {nm.size}, {m.size}, {r.size}, {d.size}",
+            "measured",
+            "as long as wavelength_nm, reference and dark",
+            Words(f"{nm.size}, {m.size}, {r.size}, {d.size}"),
         )
     if nm.size < 12:
-        raise ValueError(f"{nm.size} points are too few for counts; at least 12")
+        raise complaint(
+            f"{nm.size} points are too few for counts; at least 12", "measured", "12 points or more", Words(nm.size)
+        )
     if noise is None:
         variance = [_variance(nm, one) for one in (m, r, d)]
     else:
@@ -96,9 +112,12 @@ def referenced(
     light = r - d
     lit = np.isfinite(light) & (light > _LEAST_LIGHT * np.sqrt(variance[1] + variance[2])) & (light > 0.0)
     if lit.sum() < 12:
-        raise ValueError(
+        raise complaint(
             f"the reference is above the dark by {_LEAST_LIGHT:g} standard deviations at {int(lit.sum())} of {lit.size} points, "
-            "at least 12 are needed: check dark and reference"
+            "at least 12 are needed: check dark and reference",
+            "reference",
+            f"above the dark by {_LEAST_LIGHT:g} standard deviations at 12 points or more",
+            Words(f"{int(lit.sum())} of {lit.size} points"),
         )
     if not lit.all():
         notes.append(f"{int((~lit).sum())} of {lit.size} points dropped: no light in the reference")
@@ -108,7 +127,7 @@ def referenced(
     else:
         stack = Stack.parse(reference_stack) if isinstance(reference_stack, str) else reference_stack
         if not isinstance(stack, Stack):
-            raise ValueError(f"reference_stack must be a Stack or text like 'air / Si', got {reference_stack!r:.60}")
+            raise refusal("reference_stack", "a Stack or text like 'air / Si'", reference_stack)
         of = np.asarray(getattr(stack, problem.quantity)(nm, problem.angle_deg, problem.polarization))
     q = (m - d) / light
     v = [one[lit] for one in variance]
@@ -149,9 +168,9 @@ def _column(name: str, values: npt.ArrayLike) -> Floats:
         array = np.asarray(np.ma.filled(values, np.nan) if isinstance(values, np.ma.MaskedArray) else values)
         numbers = array.real.astype(np.float64)  # complex ones are refused below
     except (ValueError, TypeError):
-        raise ValueError(f"{name} must be numbers, got {values!r:.60}") from None
+        raise refusal(name, "numbers", values) from None
     if array.dtype.kind not in "iuf" or numbers.ndim != 1:
-        raise ValueError(f"{name} must be real numbers along one axis, got shape {array.shape} of type {array.dtype}")
+        raise refusal(name, "real numbers along one axis", Words(f"shape {array.shape} of type {array.dtype}"))
     return np.asarray(numbers)
 
 

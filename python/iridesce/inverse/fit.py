@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import number, one_of
 from iridesce.files.spectra import Spectrum, read_spectrum
 from iridesce.inverse.analysis import Analysis
@@ -135,9 +136,14 @@ def fit_thickness(
     tolerance = number("index_tolerance", index_tolerance, low=0.0, high=1.0)
     angle_tolerance = number("angle_tolerance_deg", angle_tolerance_deg, low=0.0, high=20.0)
     if not 0.0 < number("probability", probability, low=0.0, high=1.0) < 1.0:
-        raise ValueError(f"probability must be > 0 and < 1, got {probability!r}")
+        raise refusal("probability", "> 0 and < 1", probability)
     if stack is None:
-        raise ValueError("stack must say what the film is: text like 'air / soap ? / air', a Stack, or a list")
+        raise complaint(
+            "stack must say what the film is: text like 'air / soap ? / air', a Stack, or a list",
+            "stack",
+            "text, a Stack, or a list",
+            None,
+        )
     if measurements is not None:
         told = {
             "wavelength_nm": wavelength_nm,
@@ -148,12 +154,22 @@ def fit_thickness(
         }
         twice = [name for name, value in told.items() if value is not None]
         if twice:
-            raise ValueError(f"{twice[0]} goes without measurements=, each of which has its own")
+            raise complaint(
+                f"{twice[0]} goes without measurements=, each of which has its own",
+                twice[0],
+                "left out beside measurements=",
+                Words("both"),
+            )
         return _together(
             measurements, stack, layer, index, thickness_range_nm, tolerance, angle_tolerance, float(probability)
         )
     if wavelength_nm is None or measured is None:
-        raise ValueError("wavelength_nm and measured must be given, or measurements=")
+        raise complaint(
+            "wavelength_nm and measured must be given, or measurements=",
+            "wavelength_nm" if wavelength_nm is None else "measured",
+            "given, or measurements=",
+            None,
+        )
     quantity = one_of("quantity", quantity, ("reflectance", "transmittance"))
     polarization = one_of("polarization", polarization, ("s", "p", "unpolarized"))
     baseline = one_of("baseline", baseline, ("auto", *BASELINES))
@@ -161,14 +177,19 @@ def fit_thickness(
     bend = 0 if gain is None else GAINS.index(one_of("gain", gain, GAINS)) + 1 if isinstance(gain, str) else 0
     fixed_gain = None if gain is None or isinstance(gain, str) else number("gain", gain, low=0.0)
     if fixed_gain == 0.0:
-        raise ValueError('gain must be None, "linear", "quadratic" or a number > 0, got 0')
+        raise refusal("gain", 'None, "linear", "quadratic" or a number > 0', Words("0"))
     line = None if resolution_nm is None else number("resolution_nm", resolution_nm, low=0.0) / FWHM
     problem = read_problem(stack, layer, index, quantity, angle, polarization)
     notes: list[str] = []
     light = Light(fixed_gain, True, bend > 0, baseline != "none")
     counted: Floats | None = None
     if reference is None and (dark is not None or reference_stack is not None):
-        raise ValueError("dark and reference_stack go with a reference: give reference=, too")
+        raise complaint(
+            "dark and reference_stack go with a reference: give reference=, too",
+            "dark" if dark is not None else "reference_stack",
+            "given with a reference",
+            Words("no reference"),
+        )
     if reference is not None:
         wavelength_nm, measured, counted = referenced(
             problem, wavelength_nm, measured, dark, reference, reference_stack, noise, notes
@@ -182,10 +203,9 @@ def fit_thickness(
     linear = terms + (fixed_gain is None) * (1 + bend)
     parameters = len(problem.unknown) + problem.index_count + linear + (line is None)
     if nm.size < max(_FEWEST_POINTS, 2 * parameters):
-        raise ValueError(
-            f"{nm.size} usable points are too few for {parameters} unknowns; at least {max(_FEWEST_POINTS, 2 * parameters)}"
-            + "".join(f"; {note}" for note in notes)
-        )
+        least = max(_FEWEST_POINTS, 2 * parameters)
+        words = f"{nm.size} usable points are too few for {parameters} unknowns; at least {least}"
+        raise complaint("; ".join([words, *notes]), "measured", f"{least} usable points or more", Words(nm.size))
     # The stack's own complaint about wavelengths outside its media, before anything else.
     problem.with_thickness([100.0] * len(problem.unknown)).reflectance(nm[[0, -1]], angle)
     # Squares of sizes far from 1 would run over or under; by a power of two nothing is rounded.
@@ -225,12 +245,17 @@ def _together(
     """A joint fit of what was given."""
     listed = [measurements] if isinstance(measurements, Measurement) else list(measurements)
     if not listed or not all(isinstance(one, Measurement) for one in listed):
-        raise ValueError(f"measurements must be a list of ir.Measurement, got {measurements!r:.80}")
+        raise refusal("measurements", "a list of ir.Measurement", measurements)
     problem = read_problem(stack, layer, index, "reflectance", max(one.angle_deg for one in listed), "unpolarized")
     if "cauchy" in problem.index:
-        raise ValueError('index must be None or "constant" with measurements=, got "cauchy"')
+        raise refusal("index", 'None or "constant" with measurements=', Words('"cauchy"'))
     if any(not one.coherent for one in problem.stack.layers) and any(one.of_polarization for one in listed):
-        raise ValueError("psi and delta need a stack without incoherent layers")
+        raise complaint(
+            "psi and delta need a stack without incoherent layers",
+            "stack",
+            "one without incoherent layers for psi and delta",
+            problem.stack,
+        )
     notes: list[str] = []
     nm = np.unique(np.concatenate([one.cleaned()[0] for one in listed]))
     # The media's own complaint about wavelengths, before anything else.
@@ -258,17 +283,15 @@ def _bounds(given: Any, problem: Problem, nm: Floats, notes: list[str]) -> Float
         try:
             pairs = np.asarray(given, dtype=np.float64)
         except (TypeError, ValueError):
-            raise ValueError(f"thickness_range_nm must be (low, high) in nm, got {given!r}") from None
+            raise refusal("thickness_range_nm", "(low, high) in nm", given) from None
         if pairs.shape == (2,):
             pairs = np.broadcast_to(pairs, (count, 2)).copy()
         if pairs.shape != (count, 2):
-            raise ValueError(
-                f"thickness_range_nm must be (low, high), or one pair for each of {count} unknowns, got {given!r}"
-            )
+            raise refusal("thickness_range_nm", f"(low, high), or one pair for each of {count} unknowns", given)
     if not (np.isfinite(pairs).all() and (pairs[:, 0] >= 0.0).all() and (pairs[:, 1] > pairs[:, 0]).all()):
-        raise ValueError(f"thickness_range_nm must be 0 <= low < high, got {pairs.tolist()}")
+        raise refusal("thickness_range_nm", "0 <= low < high", Words(pairs.tolist()))
     if (pairs[:, 1] > 1e6).any():
-        raise ValueError(f"thickness_range_nm must end at 1e6 nm at most, got {pairs.tolist()}")
+        raise refusal("thickness_range_nm", "at 1e6 nm at most", Words(pairs.tolist()), must="end")
     # Two points a fringe at the longest wavelength: lambda^2/(2 n d) >= 2 steps.
     step = float(np.median(np.diff(nm)))
     for place, which in enumerate(problem.unknown):

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce._progress import Told, check_progress, watched
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import number
 from iridesce.inverse.photograph import solve
 from iridesce.inverse.shots import read_setup, take
@@ -75,7 +76,12 @@ def map_thickness_video(
     """
     check_progress(progress)
     if (max_rate_nm_per_s is None) != (fps is None):
-        raise ValueError("max_rate_nm_per_s and fps belong together: give both or neither")
+        raise complaint(
+            "max_rate_nm_per_s and fps belong together: give both or neither",
+            "max_rate_nm_per_s" if fps is None else "fps",
+            "given with the other, or neither",
+            Words("one of the two"),
+        )
     step: float | None = None
     if max_rate_nm_per_s is not None:
         rate = number("max_rate_nm_per_s", max_rate_nm_per_s, low=0.0, high=1e9, includes_low=False)
@@ -94,7 +100,13 @@ def map_thickness_video(
             shot = take(setup, image, angle_deg, noise, mask, flat, dark, ties, clip)
             if before is not None and before[1].thickness_nm.shape != shot.picture.shape:
                 first = before[1].thickness_nm.shape
-                raise ValueError(f"frame {count} has {shot.picture.shape} pixels, the others {first}")
+                raise complaint(
+                    f"frame {count} has {shot.picture.shape} pixels, the others {first}",
+                    "frames",
+                    f"of one size, {first}",
+                    Words(shot.picture.shape),
+                    f"in frame {count}",
+                )
             with watched(progress, "mapping") as tell:
                 tables = setup.views(shot.angles.angle_deg) if tables is None else tables
                 prior = None if before is None else (*before, mean)
@@ -116,17 +128,27 @@ def _frames(given: Any) -> Iterable[Any]:
     if isinstance(given, str | os.PathLike):
         folder = Path(os.fsdecode(os.fspath(given)))
         if not folder.is_dir():
-            raise ValueError(
+            raise complaint(
                 f"frames must be images, or a folder of pictures, got {str(folder)!r:.200}; "
-                "take a video apart first (ffmpeg -i film.mp4 frames/%05d.png)"
+                "take a video apart first (ffmpeg -i film.mp4 frames/%05d.png)",
+                "frames",
+                "images, or a folder of pictures",
+                str(folder),
             )
         files = sorted(path for path in folder.iterdir() if path.suffix.lower() in _ENDINGS)
         if not files:
-            raise ValueError(f"{folder}: no picture in it ({', '.join(_ENDINGS)})")
+            raise complaint(
+                f"{folder}: no picture in it ({', '.join(_ENDINGS)})", "frames", "a folder with pictures", str(folder)
+            )
         return files
     if getattr(given, "xyz", None) is not None or getattr(given, "ndim", 4) == 3:
-        raise ValueError("frames must be several images, one after the other; of one picture: map_thickness")
+        raise complaint(
+            "frames must be several images, one after the other; of one picture: map_thickness",
+            "frames",
+            "several images, one after the other",
+            Words("one picture"),
+        )
     try:
         return list(given) if isinstance(given, list | tuple) else iter(given)
     except TypeError:
-        raise ValueError(f"frames must be images, one after the other, got {given!r:.60}") from None
+        raise refusal("frames", "images, one after the other", given) from None

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint
 from iridesce.inverse.blocks import AngleBlock, Block, PowerBlock
 from iridesce.inverse.measurement import Measurement
 from iridesce.inverse.model import Problem, describe
@@ -160,9 +161,12 @@ class Joint:
             axes.append(np.linspace(low, high, max(3, math.ceil((high - low) * fastest / _STEP) + 1)))
         total = math.prod(axis.size for axis in axes)
         if total > _MOST_TRIALS:
-            raise ValueError(
+            raise complaint(
                 f"the thicknesses asked for make {total} trials, at most {_MOST_TRIALS} are made: give a "
-                "narrower thickness_range_nm"
+                "narrower thickness_range_nm",
+                "thickness_range_nm",
+                f"narrow enough for {_MOST_TRIALS} trials",
+                Words(total),
             )
         thickness = np.stack([one.reshape(-1) for one in np.meshgrid(*axes, indexing="ij")], axis=1)
         found: list[tuple[float, Floats]] = []

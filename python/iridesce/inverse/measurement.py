@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import number, one_of
 
 QUANTITIES = ("reflectance", "transmittance", "psi", "delta")
@@ -59,9 +60,19 @@ class Measurement:
             number("gain", self.gain, low=0.0, high=float("inf"), includes_low=False)
         if self.of_polarization:
             if angle == 0.0:
-                raise ValueError(f"{self.quantity} needs angle_deg > 0: at normal incidence s and p are the same")
+                raise complaint(
+                    f"{self.quantity} needs angle_deg > 0: at normal incidence s and p are the same",
+                    "angle_deg",
+                    "> 0 for psi and delta",
+                    angle,
+                )
             if self.gain is not None or self.baseline != "auto" or self.polarization != "unpolarized":
-                raise ValueError(f"{self.quantity} has no gain, baseline or polarization")
+                raise complaint(
+                    f"{self.quantity} has no gain, baseline or polarization",
+                    "quantity",
+                    "reflectance or transmittance where gain, baseline or polarization is given",
+                    self.quantity,
+                )
         self.cleaned()
 
     @property
@@ -87,21 +98,31 @@ class Measurement:
         """
         nm, values = _column("wavelength_nm", self.wavelength_nm), _column("values", self.values)
         if nm.shape != values.shape:
-            raise ValueError(
-                f"wavelength_nm and values of {self.label} must be of one length, got {nm.size}, {values.size}"
+            raise complaint(
+                f"wavelength_nm and values of {self.label} must be of one length, got {nm.size}, {values.size}",
+                "values",
+                f"as long as wavelength_nm ({nm.size})",
+                Words(values.size),
+                f"of {self.label}",
             )
         sd = None
         if self.noise is not None:
             sd = _column("noise", np.atleast_1d(np.asarray(self.noise)))
             if sd.size not in (1, nm.size):
-                raise ValueError(f"noise must be one number or one a point ({nm.size}), got {sd.size}")
+                raise refusal("noise", f"one number or one a point ({nm.size})", Words(sd.size))
             sd = np.broadcast_to(sd, nm.shape)
             if not (np.isfinite(sd).all() and (sd > 0.0).all()):
-                raise ValueError(f"noise must be > 0 and finite, got {sd.min()!r} to {sd.max()!r}")
+                raise refusal("noise", "> 0 and finite", Words(f"{sd.min()!r} to {sd.max()!r}"))
         good = np.isfinite(nm) & np.isfinite(values) & (nm > 0.0)
         order = np.argsort(nm[good], kind="stable")
         if order.size < _FEWEST:
-            raise ValueError(f"{self.label} has {order.size} usable points, at least {_FEWEST} are needed")
+            raise complaint(
+                f"{self.label} has {order.size} usable points, at least {_FEWEST} are needed",
+                "values",
+                f"{_FEWEST} usable points or more",
+                Words(order.size),
+                f"of {self.label}",
+            )
         return nm[good][order], values[good][order], None if sd is None else np.asarray(sd)[good][order].copy()
 
 
@@ -109,7 +130,7 @@ def _column(name: str, given: Any) -> Floats:
     try:
         found = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ValueError(f"{name} must be numbers, got {given!r:.60}") from None
+        raise refusal(name, "numbers", given) from None
     if found.ndim != 1:
-        raise ValueError(f"{name} must have one axis, got shape {found.shape}")
+        raise refusal(name, "one axis", Words(f"shape {found.shape}"), must="have")
     return found

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint, refusal, within
 from iridesce.optics.averages import layer_airy
 from iridesce.optics.medium import Medium
 from iridesce.optics.stack_text import parse_items
@@ -75,10 +76,21 @@ def read_problem(stack: Any, layer: Any, index: Any, quantity: str, angle_deg: f
     made, unknown = _read_stack(stack, layer)
     for place in unknown:
         if not made.layers[place].coherent:
-            raise ValueError(f"layer {place + 1} is incoherent: it has no fringes that could tell its thickness")
+            raise complaint(
+                f"layer {place + 1} is incoherent: it has no fringes that could tell its thickness",
+                "layer",
+                "a coherent layer",
+                Words(place + 1),
+            )
     for number, one in enumerate(made.layers, start=1):
         if np.size(one.thickness_nm) != 1:
-            raise ValueError(f"a fit needs one thickness a layer, got {np.size(one.thickness_nm)} for layer {number}")
+            raise complaint(
+                f"a fit needs one thickness a layer, got {np.size(one.thickness_nm)} for layer {number}",
+                "thickness_nm",
+                "one number a layer",
+                Words(np.size(one.thickness_nm)),
+                f"for layer {number}",
+            )
     return Problem(made, unknown, quantity, angle_deg, polarization, _read_index(index, made, unknown))
 
 
@@ -91,7 +103,7 @@ def _read_stack(stack: Any, layer: Any) -> tuple[Stack, tuple[int, ...]]:
             try:
                 layers.append(Layer(item.medium, item.thickness_nm, item.coherent))
             except ValueError as error:
-                raise ValueError(f"{item.where}: {error}") from None
+                raise within(item.where, error) from None
             open_places += [place] if item.is_open else []
         made = Stack([first.medium, *layers, last.medium])
     elif isinstance(stack, Stack):
@@ -104,26 +116,37 @@ def _read_stack(stack: Any, layer: Any) -> tuple[Stack, tuple[int, ...]]:
                 open_places.append(place - 1)
         made = Stack(items)
     else:
-        raise ValueError(
-            f"stack must be an iridesce.Stack, a list, or text like 'air / soap ? / air', got {stack!r:.80}"
-        )
+        raise refusal("stack", "an iridesce.Stack, a list, or text like 'air / soap ? / air'", stack)
     if layer is None:
         places = open_places or [place for place, one in enumerate(made.layers) if one.coherent]
         if not made.layers:
-            raise ValueError(f"the stack has no layer whose thickness could be found: {made!r}")
+            raise complaint(
+                f"the stack has no layer whose thickness could be found: {made!r}",
+                "stack",
+                "a stack with a layer",
+                made,
+            )
         if not open_places and len(places) != 1:
-            raise ValueError(
+            raise complaint(
                 f"the stack has {len(places)} coherent layers: say which thickness is unknown, by layer=1 to "
-                f"{len(made.layers)} (or several: [1, 2]), or in text by '?'"
+                f"{len(made.layers)} (or several: [1, 2]), or in text by '?'",
+                "layer",
+                f"1 to {len(made.layers)}, or several of them",
+                None,
             )
         return made, tuple(places)
     named = [layer] if isinstance(layer, int | str | np.integer) else list(layer)
     places = [_place(one, made) for one in named]
     if not places or len(set(places)) != len(places):
-        raise ValueError(f"layer must name one or more different layers, got {layer!r}")
+        raise refusal("layer", "one or more different layers", layer, must="name")
     missing = [place + 1 for place in open_places if place not in places]
     if missing:
-        raise ValueError(f"layer {missing[0]} has no thickness and is not among the unknown ones, layer={layer!r}")
+        raise complaint(
+            f"layer {missing[0]} has no thickness and is not among the unknown ones, layer={layer!r}",
+            "layer",
+            f"all that have no thickness, {missing[0]} among them",
+            layer,
+        )
     return made, tuple(sorted(places))
 
 
@@ -135,7 +158,7 @@ def _place(layer: Any, stack: Stack) -> int:
     elif isinstance(layer, int | np.integer) and not isinstance(layer, bool) and 1 <= layer <= len(stack.layers):
         return int(layer) - 1
     names = ", ".join(one.medium.name for one in stack.layers)
-    raise ValueError(f"layer must be 1 to {len(stack.layers)} or the name of one of the layers {names}, got {layer!r}")
+    raise refusal("layer", f"1 to {len(stack.layers)} or the name of one of the layers {names}", layer)
 
 
 def _read_index(index: Any, stack: Stack, unknown: tuple[int, ...]) -> tuple[str | None, ...]:
@@ -144,13 +167,18 @@ def _read_index(index: Any, stack: Stack, unknown: tuple[int, ...]) -> tuple[str
     elif isinstance(index, dict):
         places = {_place(layer, stack): model for layer, model in index.items()}
         if not set(places) <= set(unknown):
-            raise ValueError(f"index names a layer whose thickness is not unknown, got {index!r}")
+            raise complaint(
+                f"index names a layer whose thickness is not unknown, got {index!r}",
+                "index",
+                "of layers whose thickness is unknown",
+                index,
+            )
         models = [places.get(place) for place in unknown]
     else:
-        raise ValueError(f'index must be None, "constant", "cauchy" or a dict of these by layer, got {index!r}')
+        raise refusal("index", 'None, "constant", "cauchy" or a dict of these by layer', index)
     for model in models:
         if model is not None and model not in INDEX_MODELS:
-            raise ValueError(f'index must be None, "constant" or "cauchy", got {model!r}')
+            raise refusal("index", 'None, "constant" or "cauchy"', model)
     return tuple(models)
 
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.errors import ResourceError
 from iridesce.files.report import of_core
 from iridesce.files.whole import read_whole
@@ -75,11 +76,12 @@ def _checked(values: Any, name: str) -> Pixels:
     try:
         array = np.asarray(values)
     except ValueError:
-        raise ValueError(f"{name} must be an array (height, width, 3), got {type(values).__name__}") from None
+        raise refusal(name, "an array (height, width, 3)", Words(type(values).__name__)) from None
     if array.dtype.kind not in "fiu" or array.ndim != 3 or array.shape[2] != 3 or 0 in array.shape:
-        raise ValueError(
-            f"{name} must be linear numbers of the shape (height, width, 3), a picture's file or an Image, got "
-            f"{type(values).__name__} of shape {array.shape} and type {array.dtype}"
+        raise refusal(
+            name,
+            "linear numbers of the shape (height, width, 3), a picture's file or an Image",
+            Words(f"{type(values).__name__} of shape {array.shape} and type {array.dtype}"),
         )
     if array.shape[0] * array.shape[1] > MOST_PIXELS:
         raise ResourceError(
@@ -87,13 +89,16 @@ def _checked(values: Any, name: str) -> Pixels:
             "scale it down"
         )
     if min(array.shape[:2]) < _LEAST_SIDE:
-        raise ValueError(
-            f"{name} must have at least {_LEAST_SIDE} x {_LEAST_SIDE} pixels, got {array.shape[1]} x {array.shape[0]}"
+        raise refusal(
+            name,
+            f"at least {_LEAST_SIDE} x {_LEAST_SIDE} pixels",
+            Words(f"{array.shape[1]} x {array.shape[0]}"),
+            must="have",
         )
     out = np.array(array, dtype=np.float32, order="C")
     out[~np.isfinite(out)] = np.nan
     if not np.isfinite(out).any():
-        raise ValueError(f"{name} holds no number at all")
+        raise complaint(f"{name} holds no number at all", name, "a picture with numbers in it", Words("none"))
     return out
 
 
@@ -156,7 +161,7 @@ def corrected(picture: Picture, flat: Any, dark: Any) -> Picture:
     above = np.float32(1.0) if flat is None else read_picture(flat, "flat").pixels
     for name, one in (("dark", below), ("flat", above)):
         if np.ndim(one) and np.shape(one) != picture.pixels.shape:
-            raise ValueError(f"{name} must have the size of the picture {picture.shape}, got {np.shape(one)[:2]}")
+            raise refusal(name, f"the size of the picture {picture.shape}", Words(np.shape(one)[:2]), must="have")
     light = above - below
     with np.errstate(divide="ignore", invalid="ignore"):
         out = np.where(light > 0.0, (picture.pixels - below) / light, np.nan).astype(np.float32)
@@ -179,9 +184,9 @@ def clip_levels(picture: Picture, usable: Mask, given: Any, notes: list[str]) ->
     try:
         levels = np.broadcast_to(np.asarray(given, dtype=np.float64), (3,)).copy()
     except (TypeError, ValueError):
-        raise ValueError(f"clip must be one level or three, > 0, got {given!r:.60}") from None
+        raise refusal("clip", "one level or three, > 0", given) from None
     if not (levels > 0.0).all():
-        raise ValueError(f"clip must be one level or three, > 0, got {given!r:.60}")
+        raise refusal("clip", "one level or three, > 0", given)
     return levels
 
 
@@ -191,7 +196,10 @@ def read_mask(given: Any, shape: tuple[int, int]) -> Mask:
         return np.zeros(shape, dtype=bool)
     mask = np.asarray(given)
     if mask.shape != shape or mask.dtype.kind not in "bui":
-        raise ValueError(
-            f"mask must hold true or false for each pixel {shape}, got shape {mask.shape} of type {mask.dtype}"
+        raise refusal(
+            "mask",
+            f"true or false for each pixel {shape}",
+            Words(f"shape {mask.shape} of type {mask.dtype}"),
+            must="hold",
         )
     return mask.astype(bool)

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import number, one_of, whole
 from iridesce.color.film_tables import Conditions, FilmTable, film_tables
 from iridesce.color.light import as_illuminant
@@ -126,8 +127,11 @@ def recipes(
     search = _Search(conditions, lab, most)
     families = [one for table in film_tables(chosen, conditions, counts, progress) for one in search.starts(table)]
     if not families:
-        raise ValueError(
-            "no layer of these media has two faces that reflect: media beside themselves, the substrate or the outside"
+        raise complaint(
+            "no layer of these media has two faces that reflect: media beside themselves, the substrate or the outside",
+            "media",
+            "media of which a layer has two faces that reflect",
+            Words("none"),
         )
     made = _Made(conditions, white, lab, space, spread, limit, grown)
     films = search.refined(families)
@@ -441,22 +445,22 @@ def _range(given: Any) -> tuple[float, float]:
     try:
         low, high = (float(one) for one in given)
     except (TypeError, ValueError):
-        raise ValueError(f"thickness_range_nm must be (low, high) in nm, got {given!r:.60}") from None
+        raise refusal("thickness_range_nm", "(low, high) in nm", given) from None
     if not 0.0 <= low < high <= 10_000.0:
-        raise ValueError(f"thickness_range_nm must be 0 <= low < high <= 10 000, got {(low, high)}")
+        raise refusal("thickness_range_nm", "0 <= low < high <= 10 000", Words((low, high)))
     return low, high
 
 
 def _media(given: Any) -> list[Medium]:
     if isinstance(given, str) or not hasattr(given, "__iter__"):
-        raise ValueError(f"media must be a list of media, got {given!r:.60}")
+        raise refusal("media", "a list of media", given)
     made: list[Medium] = []
     for one in given:
         medium = as_medium(one)
         if medium not in made:
             made.append(medium)
     if not made:
-        raise ValueError("media must be a list of one or more media, got none")
+        raise refusal("media", "a list of one or more media", Words("none"))
     return made
 
 
@@ -465,9 +469,9 @@ def _counts(given: Any) -> list[int]:
     try:
         counts = sorted({whole("layers", one, 1, 3) for one in listed})
     except TypeError:
-        raise ValueError(f"layers must be a list of 1, 2 and 3, got {given!r:.60}") from None
+        raise refusal("layers", "a list of 1, 2 and 3", given) from None
     if not counts:
-        raise ValueError("layers must be a list of 1, 2 and 3, got none")
+        raise refusal("layers", "a list of 1, 2 and 3", Words("none"))
     return counts
 
 
@@ -484,10 +488,11 @@ def _target(given: Any, space: str, white: Floats) -> Floats:
     try:
         values = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ValueError(f"target must be three numbers, got {given!r:.60}") from None
+        raise refusal("target", "three numbers", given) from None
     if values.shape != (3,) or not np.isfinite(values).all():
-        raise ValueError(f"target must be three finite numbers, got {given!r:.60}")
+        raise refusal("target", "three finite numbers", given)
     lab = convert(values, space, "lab", white=white)
     if not -1e-6 <= lab[0] <= 300.0:
-        raise ValueError(f"target has a lightness L of {lab[0]:.3g}; films have 0 to 100 (is space={space!r} right?)")
+        words = f"target has a lightness L of {lab[0]:.3g}; films have 0 to 100 (is space={space!r} right?)"
+        raise complaint(words, "target", "of a lightness from 0 to 100", Words(f"L = {lab[0]:.3g}"))
     return lab

@@ -12,6 +12,7 @@ from itertools import product
 import numpy as np
 
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint
 from iridesce.inverse.model import HarmonicModel, Problem, phase_rate
 from iridesce.inverse.solve import Data
 
@@ -173,9 +174,12 @@ def _several(problem: Problem, data: Data, bounds: Floats, count: int) -> list[F
     shape = tuple(axis.size for axis in axes)
     total = int(np.prod(shape, dtype=np.int64))
     if total > _MOST_TRIALS:
-        raise ValueError(
+        raise complaint(
             f"{len(axes)} unknown thicknesses within {[(float(a), float(b)) for a, b in bounds]} nm make {total} trials, "
-            f"at most {_MOST_TRIALS} are made: give narrower thickness_range_nm, one (low, high) for each"
+            f"at most {_MOST_TRIALS} are made: give narrower thickness_range_nm, one (low, high) for each",
+            "thickness_range_nm",
+            f"narrow enough for {_MOST_TRIALS} trials",
+            Words(total),
         )
     grid = np.stack([mesh.reshape(-1) for mesh in np.meshgrid(*axes, indexing="ij")])
     misfit = np.empty(total)

@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import number, one_of
 from iridesce.files.spectra import read_spectrum
 from iridesce.inverse.course import _CLEAR, Course, Found, Light
@@ -111,23 +112,38 @@ def fit_series(
     size = None if noise is None else number("noise", noise, low=0.0, high=math.inf, includes_low=False)
     problem = read_problem(stack, layer, None, quantity, angle, polarization)
     if len(problem.unknown) != 1:
-        raise ValueError(f"a series has one unknown thickness, the stack has {len(problem.unknown)}")
+        raise complaint(
+            f"a series has one unknown thickness, the stack has {len(problem.unknown)}",
+            "stack",
+            "one with one unknown thickness",
+            Words(len(problem.unknown)),
+        )
     notes: list[str] = []
     nm, values = _read(wavelength_nm, spectra)
     times = _times(time_s, len(values))
     if reference is None and (dark is not None or reference_stack is not None):
-        raise ValueError("dark and reference_stack go with a reference: give reference=, too")
+        raise complaint(
+            "dark and reference_stack go with a reference: give reference=, too",
+            "dark" if dark is not None else "reference_stack",
+            "given with a reference",
+            Words("no reference"),
+        )
     if reference is not None:
         nm, values, sd = _by_reference(problem, nm, values, dark, reference, reference_stack, notes)
         gain = 1.0 if gain is None else gain
     order = np.argsort(nm, kind="stable")
     nm, values = nm[order], values[:, order]
     if np.any(np.diff(nm) <= 0.0):
-        raise ValueError("wavelength_nm must not repeat")
+        raise complaint("wavelength_nm must not repeat", "wavelength_nm", "different wavelengths", Words("some twice"))
     known = inside_media(problem, nm, notes)
     nm, values = nm[known], values[:, known]
     if nm.size < _FEWEST_POINTS:
-        raise ValueError(f"{nm.size} usable wavelengths are too few for a series; at least {_FEWEST_POINTS}")
+        raise complaint(
+            f"{nm.size} usable wavelengths are too few for a series; at least {_FEWEST_POINTS}",
+            "wavelength_nm",
+            f"{_FEWEST_POINTS} usable wavelengths or more",
+            Words(nm.size),
+        )
     problem.with_thickness([100.0]).reflectance(nm[[0, -1]], angle)
     values, whole = _put_right(values, notes)
     if not whole.any():
@@ -299,10 +315,15 @@ def _answer(
 def _read(wavelength_nm: npt.ArrayLike | None, spectra: Any) -> tuple[Floats, Floats]:
     if wavelength_nm is None:
         if isinstance(spectra, str | os.PathLike) or not hasattr(spectra, "__iter__"):
-            raise ValueError(f"spectra must be a list of paths where wavelength_nm is None, got {spectra!r:.60}")
+            raise refusal("spectra", "a list of paths where wavelength_nm is None", spectra)
         paths = list(spectra)
         if not all(isinstance(one, str | os.PathLike) for one in paths) or not paths:
-            raise ValueError("spectra must be a list of paths where wavelength_nm is None")
+            raise complaint(
+                "spectra must be a list of paths where wavelength_nm is None",
+                "spectra",
+                "a list of paths where wavelength_nm is None",
+                spectra,
+            )
         read = [read_spectrum(one) for one in paths]
         for path, one in zip(paths, read, strict=True):
             if one.wavelength_nm.size != read[0].wavelength_nm.size or not np.allclose(
@@ -314,14 +335,24 @@ def _read(wavelength_nm: npt.ArrayLike | None, spectra: Any) -> tuple[Floats, Fl
         try:
             nm, values = np.asarray(wavelength_nm, dtype=np.float64), np.asarray(spectra, dtype=np.float64)
         except (TypeError, ValueError):
-            raise ValueError("spectra must be numbers of one length each, (n, wavelengths)") from None
+            raise complaint(
+                "spectra must be numbers of one length each, (n, wavelengths)",
+                "spectra",
+                "numbers of one length each, (n, wavelengths)",
+                Words("others"),
+            ) from None
     if nm.ndim != 1 or values.ndim != 2 or values.shape[1] != nm.size or not len(values):
-        raise ValueError(f"spectra must have the shape (n, {nm.size}) for {nm.size} wavelengths, got {values.shape}")
+        raise refusal(
+            "spectra", f"the shape (n, {nm.size}) for {nm.size} wavelengths", Words(values.shape), must="have"
+        )
     if not (np.isfinite(nm).all() and (nm > 0.0).all()):
-        raise ValueError("wavelength_nm must be > 0 and finite")
+        raise complaint("wavelength_nm must be > 0 and finite", "wavelength_nm", "> 0 and finite", Words("others"))
     if values.size > _MOST_VALUES:
-        raise ValueError(
-            f"spectra hold {values.size} values, at most {_MOST_VALUES} are taken: fit the series in parts"
+        raise complaint(
+            f"spectra hold {values.size} values, at most {_MOST_VALUES} are taken: fit the series in parts",
+            "spectra",
+            f"{_MOST_VALUES} values at most",
+            Words(values.size),
         )
     return nm, values
 
@@ -332,11 +363,11 @@ def _times(given: npt.ArrayLike | None, count: int) -> Floats:
     try:
         times = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ValueError(f"time_s must be numbers, got {given!r:.60}") from None
+        raise refusal("time_s", "numbers", given) from None
     if times.shape != (count,):
-        raise ValueError(f"time_s must have one time a spectrum ({count}), got shape {times.shape}")
+        raise refusal("time_s", f"one time a spectrum ({count})", Words(f"shape {times.shape}"), must="have")
     if not np.isfinite(times).all() or np.any(np.diff(times) <= 0.0):
-        raise ValueError("time_s must be finite and ascending")
+        raise complaint("time_s must be finite and ascending", "time_s", "finite and ascending", Words("others"))
     return times
 
 
@@ -392,9 +423,9 @@ def _bounds(given: Any, problem: Problem, nm: Floats, notes: list[str]) -> tuple
         try:
             low, high = (float(one) for one in given)
         except (TypeError, ValueError):
-            raise ValueError(f"thickness_range_nm must be (low, high) in nm, got {given!r:.60}") from None
+            raise refusal("thickness_range_nm", "(low, high) in nm", given) from None
     if not 0.0 <= low < high <= 1e5:
-        raise ValueError(f"thickness_range_nm must be 0 <= low < high <= 100 000, got {(low, high)}")
+        raise refusal("thickness_range_nm", "0 <= low < high <= 100 000", Words((low, high)))
     n = float(np.real(problem.stack.layers[problem.unknown[0]].medium.index(nm[-1], extrapolate="hold")))
     limit = float(nm[-1]) ** 2 / (4.0 * max(n, 1.0) * float(np.median(np.diff(nm))))
     if high > limit > 2.0 * low:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import checked_threads, number
 from iridesce.inverse.model import Problem, read_problem
 from iridesce.inverse.pictures import Mask, Picture, clip_levels, corrected, read_mask, read_picture
@@ -119,8 +120,11 @@ def read_setup(
     """Checks what is common to all pictures of one film."""
     problem = read_problem(stack, None, None, "reflectance", 0.0, "unpolarized")
     if len(problem.unknown) != 1:
-        raise ValueError(
-            f"stack must have one unknown thickness for a photograph (three numbers a pixel), got {len(problem.unknown)}"
+        raise refusal(
+            "stack",
+            "one unknown thickness for a photograph (three numbers a pixel)",
+            Words(len(problem.unknown)),
+            must="have",
         )
     if calibration is not None:
         from iridesce.inverse.calibration import CameraCalibration
@@ -128,7 +132,12 @@ def read_setup(
         if not isinstance(calibration, CameraCalibration):
             calibration = CameraCalibration.load(calibration)
         if camera is not None or illuminant is not None:
-            raise ValueError("calibration stands for camera and illuminant: give it or them")
+            raise complaint(
+                "calibration stands for camera and illuminant: give it or them",
+                "camera" if camera is not None else "illuminant",
+                "left out beside a calibration",
+                Words("both"),
+            )
     return Setup(
         problem,
         stack,
@@ -146,9 +155,9 @@ def _grid(given: Any) -> Floats:
     try:
         low, high = (float(value) for value in given)
     except (TypeError, ValueError):
-        raise ValueError(f"thickness_range_nm must be (low, high) in nm, got {given!r:.60}") from None
+        raise refusal("thickness_range_nm", "(low, high) in nm", given) from None
     if not 0.0 <= low < high <= _THICKEST_NM:
-        raise ValueError(f"thickness_range_nm must be 0 <= low < high <= {_THICKEST_NM:g}, got ({low:g}, {high:g})")
+        raise refusal("thickness_range_nm", f"0 <= low < high <= {_THICKEST_NM:g}", Words(f"({low:g}, {high:g})"))
     span = high - low
     count = int(np.clip(500, math.ceil(span / _COARSEST_NM) + 1, max(math.ceil(span / _FINEST_NM), 16) + 1))
     return np.linspace(low, high, min(count, _MOST_THICKNESSES))
@@ -172,7 +181,12 @@ def take(
     if angles.factor is not None:
         usable &= np.isfinite(angles.factor).reshape(picture.shape)
     if not usable.any():
-        raise ValueError("mask (or NaN) leaves no pixel of the picture")
+        raise complaint(
+            "mask (or NaN) leaves no pixel of the picture",
+            "mask",
+            "one that leaves pixels of the picture",
+            Words("all masked"),
+        )
     found: list[str] = []
     levels = clip_levels(picture, usable, clip, found)
     picture = replace(picture, notes=(*picture.notes, *found))
@@ -188,7 +202,7 @@ def _noise(picture: Picture, usable: Mask, given: Any) -> Floats:
         except (TypeError, ValueError):
             sd = np.zeros(0)
         if sd.shape not in ((), (3,)) or not (np.isfinite(sd).all() and (sd > 0.0).all()):
-            raise ValueError(f"noise must be one number or three, finite and > 0, got {given!r:.60}")
+            raise refusal("noise", "one number or three, finite and > 0", given)
         return np.stack([np.broadcast_to(sd, (3,)) ** 2, np.zeros(3)], axis=1)
     skipped = np.ascontiguousarray(~usable.reshape(-1))
     found = np.asarray(_core.picture_noise(picture.pixels.reshape(-1, 3), picture.shape[1], skipped))
@@ -206,10 +220,13 @@ def _ties(points: Any, shape: tuple[int, int]) -> list[tuple[int, float]]:
         try:
             x, y, nm = (float(value) for value in point)
         except (TypeError, ValueError):
-            raise ValueError(f"tie_points must be a list of (x, y, nm), got {point!r:.60}") from None
+            raise refusal("tie_points", "a list of (x, y, nm)", point) from None
         if not (0.0 <= x <= shape[1] - 1 and 0.0 <= y <= shape[0] - 1 and math.isfinite(nm) and nm >= 0.0):
-            raise ValueError(
-                f"a tie point must lie in the picture of {shape[1]} x {shape[0]} pixels, with nm >= 0, got {point!r:.60}"
+            raise complaint(
+                f"a tie point must lie in the picture of {shape[1]} x {shape[0]} pixels, with nm >= 0, got {point!r:.60}",
+                "tie_points",
+                f"in the picture of {shape[1]} x {shape[0]} pixels, with nm >= 0",
+                point,
             )
         found.append((round(y) * shape[1] + round(x), nm))
     return found

@@ -11,9 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.color import Camera, camera, cameras, convert, illuminant
 from iridesce.color.camera_tables import typical_cameras
 from iridesce.color.light import Illuminant, color_matching
+from iridesce.errors import ArgumentError
 from iridesce.inverse.model import Problem
 
 # The order of a film is told at this wavelength, nm.
@@ -56,13 +58,13 @@ def read_angles(given: Any, shape: tuple[int, int], index: float) -> Angles:
     try:
         angle = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ValueError(f"angle_deg must be one number or one a pixel, got {given!r:.60}") from None
+        raise refusal("angle_deg", "one number or one a pixel", given) from None
     if angle.shape not in ((), shape):
-        raise ValueError(f"angle_deg must be one number or one a pixel {shape}, got shape {angle.shape}")
+        raise refusal("angle_deg", f"one number or one a pixel {shape}", Words(f"shape {angle.shape}"))
     finite = np.isfinite(angle)
     if not finite.any() or (angle[finite] < 0.0).any() or (angle[finite] >= 90.0).any():
         worst = angle[finite & ((angle < 0.0) | (angle >= 90.0))]
-        raise ValueError(f"angle_deg must be >= 0 and < 90, got {float(worst[0]) if worst.size else float('nan'):g}")
+        raise refusal("angle_deg", ">= 0 and < 90", Words(f"{(float(worst[0]) if worst.size else float('nan')):g}"))
     if angle.shape == ():
         return Angles(angle.reshape(1), None, None)
     square = np.sin(np.radians(np.where(finite, angle, 0.0))) ** 2
@@ -111,7 +113,12 @@ def views(
     for light in lights:
         power = _power(light, nm, lines)
         if not power.max(initial=0.0) > 0.0:
-            raise ValueError(f"illuminant {light.name!r} has no light from {_LOW_NM:g} to {_HIGH_NM:g} nm")
+            raise complaint(
+                f"illuminant {light.name!r} has no light from {_LOW_NM:g} to {_HIGH_NM:g} nm",
+                "illuminant",
+                f"a lamp with light from {_LOW_NM:g} to {_HIGH_NM:g} nm",
+                light.name,
+            )
         for name, one in cameras_:
             response = sensitivity(one, every) * power[:, None]
             found += of_response(name, light.name, response, spectra)
@@ -157,7 +164,7 @@ def read_cameras(given: Any) -> list[tuple[str, Camera | str]]:
         return [(given.lower(), given.lower())]
     try:
         one = camera(given)
-    except ValueError as error:
-        words = str(error).replace("camera must be one of ", 'camera must be None, "srgb", "xyz", one of ')
-        raise ValueError(words) from None
+    except ArgumentError as error:
+        allowed = error.allowed.replace("one of ", 'None, "srgb", "xyz", one of ')
+        raise complaint(str(error).replace(error.allowed, allowed), "camera", allowed, given) from None
     return [(one.name if isinstance(given, str | os.PathLike | Camera) else str(given), one)]

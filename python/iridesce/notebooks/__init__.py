@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from iridesce.arguments.refusals import Words, complaint, refusal
+
 if TYPE_CHECKING:
     from iridesce.scene import Scene
     from iridesce.stack import Stack
@@ -48,7 +50,12 @@ def _subject(what: Stack | Scene | str, thickest_nm: float | None) -> tuple[str,
         what = Stack.parse(what)
     if isinstance(what, Stack):
         if not what.layers:
-            raise ValueError(f"a widget shows a layer that varies, and {what!r} has none")
+            raise complaint(
+                f"a widget shows a layer that varies, and {what!r} has none",
+                "what",
+                "a stack with a layer that varies",
+                what,
+            )
         first = np.asarray(what.layers[0].thickness_nm, dtype=float)
         nm = float(first.mean())
         last = thickest_nm if thickest_nm is not None else max(1200.0, 2.0 * nm, float(first.max()))
@@ -67,7 +74,7 @@ def _subject(what: Stack | Scene | str, thickest_nm: float | None) -> tuple[str,
 
 def _check_last(last: float) -> None:
     if not (50.0 <= last <= 10000.0):
-        raise ValueError(f"thickest_nm must be from 50 to 10000, got {last!r}")
+        raise refusal("thickest_nm", "from 50 to 10000", last)
 
 
 def _bubble(scene: Scene) -> tuple[Any, Any, float]:
@@ -81,9 +88,16 @@ def _bubble(scene: Scene) -> tuple[Any, Any, float]:
         weights = np.sin((np.arange(_FIELD[1]) + 0.5) * np.pi / _FIELD[1])[:, None]
         mean = float((thickness * weights).sum() / (weights.sum() * _FIELD[0]))
         if mean <= 0.0:
-            raise ValueError("the bubble of this scene has no thickness")
+            raise complaint(
+                "the bubble of this scene has no thickness", "scene", "one whose bubble has a thickness", Words("none")
+            )
         return (thickness / mean).astype(np.float32), complex(*medium) if isinstance(medium, list) else medium, mean
-    raise ValueError("a widget shows a bubble, and this scene has none: an object with a sphere and the surface film")
+    raise complaint(
+        "a widget shows a bubble, and this scene has none: an object with a sphere and the surface film",
+        "scene",
+        "one with a bubble: a sphere and the surface film",
+        Words("none"),
+    )
 
 
 def _thickness(value: Any) -> Any:
@@ -101,6 +115,9 @@ def _thickness(value: Any) -> Any:
     if kind == "flow":
         how = {"preset": how["preset"], "time_s": float(how["time_s"]), "seed": int(how.get("seed", 1))}
         return np.asarray(thickness.flow(**how).map(columns, rows).thickness_nm, dtype=float)
-    raise ValueError(
-        f"a widget shows bubbles whose thickness_nm is a number, a gradient or a flow, got {sorted(value)}"
+    raise complaint(
+        f"a widget shows bubbles whose thickness_nm is a number, a gradient or a flow, got {sorted(value)}",
+        "scene",
+        "one whose thickness_nm is a number, a gradient or a flow",
+        sorted(value),
     )

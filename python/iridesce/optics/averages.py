@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats, Operand, broadcast_shape, real_operand
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import number, one_of
 from iridesce.optics.evaluation import index_at
 from iridesce.optics.multilayer import Multilayer
@@ -138,11 +139,17 @@ def _averaged(
     sd = real_operand("thickness_sd_nm", thickness_sd_nm, low=0.0)
     count = len(self.layers)
     if sd.shape not in ((), (count,)) or (sd.shape == () and count != 1 and float(sd.values) > 0.0):
-        raise ValueError(f"thickness_sd_nm must be one number a layer ({count} of them), got shape {sd.shape}")
+        raise refusal("thickness_sd_nm", f"one number a layer ({count} of them)", Words(f"shape {sd.shape}"))
     spreads = np.broadcast_to(sd.full(), (count,))
     for place in range(count):
         if spreads[place] > 0.0 and not self.layers[place].coherent:
-            raise ValueError(f"thickness_sd_nm of an incoherent slab must be 0 (layer {place + 1}); it has no phase")
+            raise complaint(
+                f"thickness_sd_nm of an incoherent slab must be 0 (layer {place + 1}); it has no phase",
+                "thickness_sd_nm",
+                "0 for an incoherent slab",
+                Words("another number"),
+                f"for layer {place + 1}",
+            )
     shape, arguments = self._arguments(wavelength_nm, angle_deg)
     for medium in self.media:
         index_at(medium, arguments[0].values)

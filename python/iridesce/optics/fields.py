@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats, new_array, real_operand
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import one_of
 from iridesce.optics.multilayer import Multilayer
 
@@ -95,8 +96,11 @@ def mueller(
     shape, arguments = self._arguments(wavelength_nm, angle_deg)
     slabs = sum(not layer.coherent for layer in self.layers)
     if slabs > _core.MOST_SLABS:
-        raise ValueError(
-            f"the Mueller matrix of a stack takes at most {_core.MOST_SLABS} incoherent slabs, got {slabs} in {self!r}"
+        raise complaint(
+            f"the Mueller matrix of a stack takes at most {_core.MOST_SLABS} incoherent slabs, got {slabs} in {self!r}",
+            "stack",
+            f"one of at most {_core.MOST_SLABS} incoherent slabs",
+            Words(slabs),
         )
     matrix: Floats = new_array("mueller", (*shape, 4, 4))
     indices, thickness_nm, wavelengths, angles = self._elements(shape, arguments)
@@ -136,7 +140,7 @@ def field_profile(
     self._must_be_coherent("fields")
     depth = real_operand("depth_nm", depth_nm)
     if len(depth.shape) > 1:
-        raise ValueError(f"depth_nm must have one axis, got shape {depth.shape}")
+        raise refusal("depth_nm", "one axis", Words(f"shape {depth.shape}"), must="have")
     depths = np.ascontiguousarray(depth.full().reshape(-1))
     shape, arguments = self._arguments(wavelength_nm, angle_deg)
     fields = new_array("field_profile", (*shape, depths.size, 6), np.complex128)

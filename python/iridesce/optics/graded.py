@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce.arguments.operands import real_operand
-from iridesce.arguments.refusals import refusal
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.optics.medium import Medium, as_medium
 
 
@@ -28,7 +28,7 @@ def slices(
     thickness = real_operand("thickness_nm", thickness_nm, low=0.0)
     limit = real_operand("tolerance", tolerance, low=0.0, includes_low=False)
     if limit.shape != ():
-        raise ValueError(f"tolerance must be one number, got shape {limit.shape}")
+        raise refusal("tolerance", "one number", Words(f"shape {limit.shape}"))
     thickest = float(thickness.values.max(initial=0.0))
 
     def index_at(depth: float) -> npt.NDArray[np.complex128]:
@@ -48,7 +48,13 @@ def between(first: Any, second: Any, profile: Any, rule: str) -> Callable[[float
     def at(depth: float) -> Any:
         share = depth if profile is None else float(profile(depth))
         if not 0.0 <= share <= 1.0:
-            raise ValueError(f"profile must give shares from 0 to 1, got {share!r} at depth {depth:g}")
+            raise complaint(
+                f"profile must give shares from 0 to 1, got {share!r} at depth {depth:g}",
+                "profile",
+                "a function that gives shares from 0 to 1",
+                share,
+                f"at depth {depth:g}",
+            )
         return Medium.mixture(ends[0], ends[1], share, rule)
 
     return at

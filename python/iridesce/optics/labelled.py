@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import real_operand
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import one_of
 from iridesce.optics.layer import Layer
 from iridesce.optics.multilayer import Multilayer
@@ -82,7 +83,12 @@ def to_xarray(
     for state in states:
         one_of("polarization", state, _POLARIZATIONS)
     if not names or not states:
-        raise ValueError("quantity and polarization must name one or more")
+        raise complaint(
+            "quantity and polarization must name one or more",
+            "quantity" if not names else "polarization",
+            "one or more",
+            Words("none"),
+        )
     axes, spread = _axes(self, wavelength_nm, angle_deg)
     arrays = {name: _array(xarray, spread, name, axes, states, not isinstance(polarization, str)) for name in names}
     if isinstance(quantity, str):
@@ -108,7 +114,7 @@ def _axes(self: Multilayer, wavelength_nm: npt.ArrayLike, angle_deg: npt.ArrayLi
     given["angle_deg"] = real_operand("angle_deg", angle_deg, low=0.0, high=90.0).full()
     for name, values in given.items():
         if np.ndim(values) > 1:
-            raise ValueError(f"{name} must have one axis or none, got shape {np.shape(values)}")
+            raise refusal(name, "one axis or none", Words(f"shape {np.shape(values)}"), must="have")
     lengths = [name for name, values in given.items() if np.ndim(values)]
     full = {
         name: np.reshape(values, _along(lengths, name)) if name in lengths else values for name, values in given.items()

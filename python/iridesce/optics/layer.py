@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import Operand, real_operand
-from iridesce.arguments.refusals import refusal
+from iridesce.arguments.refusals import complaint, refusal
 from iridesce.optics.evaluation import medium_repr
 from iridesce.optics.graded import between, of_index, slices
 from iridesce.optics.medium import Medium, MediumLike, as_medium
@@ -91,11 +91,21 @@ class Layer(Fixed):
         """
         if callable(first):
             if second is not None or profile is not None:
-                raise ValueError("first is a function of the depth: second and profile must be None")
+                raise complaint(
+                    "first is a function of the depth: second and profile must be None",
+                    "second" if second is not None else "profile",
+                    "None where first is a function of the depth",
+                    second if second is not None else profile,
+                )
             made = slices(thickness_nm, of_index(first, thickness_nm), wavelength_nm, tolerance)
             return [cls(medium, nm) for medium, nm in made]
         if second is None:
-            raise ValueError("second must be a medium, unless first is a function of the depth in nm")
+            raise complaint(
+                "second must be a medium, unless first is a function of the depth in nm",
+                "second",
+                "a medium, unless first is a function of the depth in nm",
+                second,
+            )
         made = slices(thickness_nm, between(first, second, profile, rule), wavelength_nm, tolerance)
         return [cls(medium, nm) for medium, nm in made]
 

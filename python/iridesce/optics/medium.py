@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce._notebook import facts_html
-from iridesce.arguments.refusals import Words, refusal
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.files.report import ReadReport, of_core
 from iridesce.files.whole import read_whole
 
@@ -342,7 +342,9 @@ def _by_name(name: str) -> tuple[_core.Medium, str]:
         try:
             page = database.find(name)
         except database.MissingDatabase as missing:
-            raise ValueError(f"{error}; {missing}") from None
+            raise complaint(
+                f"{error}; {missing}", "medium", "a built-in name, or one of the extra materials", name
+            ) from None
         except ValueError as unknown:
             if Path(name).suffix.lower() in _FILE_SUFFIXES:
                 raise error from None
@@ -354,26 +356,35 @@ def _named(name: str) -> _core.Medium:
     try:
         return _core.Medium.named(name)
     except UnicodeEncodeError:  # a lone surrogate, which no text outside Python can hold
-        raise ValueError(f"unknown medium {name!r}") from None
+        raise complaint(f"unknown medium {name!r}", "medium", "a built-in name", name) from None
     except ValueError as error:
         if Path(name).suffix or os.sep in name:
-            raise ValueError(f"{error}. A file is read by Medium.from_file(path)") from None
+            raise complaint(
+                f"{error}. A file is read by Medium.from_file(path)", "medium", "a built-in name", name
+            ) from None
         raise
 
 
 def _index(value: Any) -> complex:
     """A number as a complex index; anything else is refused in words."""
-    wanted = "a medium is a built-in name, a real or complex number or a Medium"
+    allowed = "a built-in name, a real or complex number or a Medium"
+    wanted = f"a medium is {allowed}"
     if isinstance(value, os.PathLike):
-        raise ValueError(f"{wanted}, got the path {os.fspath(value)!r}; a file is read by Medium.from_file(path)")
+        raise complaint(
+            f"{wanted}, got the path {os.fspath(value)!r}; a file is read by Medium.from_file(path)",
+            "medium",
+            allowed,
+            value,
+        )
     if isinstance(value, bool | np.bool_ | bytes) or not isinstance(value, SupportsComplex | SupportsFloat):
-        raise ValueError(f"{wanted}, got {_shown(value)}")
+        raise complaint(f"{wanted}, got {_shown(value)}", "medium", allowed, value)
     if getattr(value, "ndim", 0) != 0:
-        raise ValueError(f"{wanted}, got an array of shape {getattr(value, 'shape', None)}")
+        shape = f"an array of shape {getattr(value, 'shape', None)}"
+        raise complaint(f"{wanted}, got {shape}", "medium", allowed, Words(shape))
     try:
         return complex(value)
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{wanted}, got {_shown(value)}") from None
+        raise complaint(f"{wanted}, got {_shown(value)}", "medium", allowed, value) from None
 
 
 def _bare(medium: Medium) -> str:
@@ -395,16 +406,19 @@ def _share(name: str, value: object) -> float:
 
 def _volumes(share: float, densities: object, rule: str) -> tuple[float, float]:
     """Volumes before mixing per volume of the mixture, from a share by weight."""
-    wanted = "weight_density must be two or three densities > 0: of the first, of the second, of the mixture"
+    wanted = "two or three densities > 0: of the first, of the second, of the mixture"
     try:
         known = [float(value) for value in densities]  # type: ignore[attr-defined]
     except (TypeError, ValueError):
-        raise ValueError(f"{wanted}, got {_shown(densities)}") from None
+        raise refusal("weight_density", wanted, Words(_shown(densities))) from None
     if len(known) not in (2, 3) or not all(0.0 < value < float("inf") for value in known):
-        raise ValueError(f"{wanted}, got {_shown(densities)}")
+        raise refusal("weight_density", wanted, Words(_shown(densities)))
     if len(known) == 3 and rule != "lorentz-lorenz":
-        raise ValueError(
-            f'a density of the mixture is for rule="lorentz-lorenz" only, got {_shown(densities)} for {rule!r}'
+        raise complaint(
+            f'a density of the mixture is for rule="lorentz-lorenz" only, got {_shown(densities)} for {rule!r}',
+            "weight_density",
+            'two densities unless rule is "lorentz-lorenz"',
+            densities,
         )
     volumes = (1.0 - share) / known[0], share / known[1]
     density = known[2] if len(known) == 3 else 1.0 / sum(volumes)
@@ -422,7 +436,7 @@ def _real_array(values: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
     try:
         array = np.asarray(values)
     except ValueError:
-        raise ValueError(f"{name} must be numbers in an array or a scalar, got rows of different lengths") from None
+        raise refusal(name, "numbers in an array or a scalar", Words("rows of different lengths")) from None
     if array.dtype.kind not in "fiu" and array.size != 0:
         raise refusal(name, "real numbers", Words(_shown(values)))
     # `order="C"` keeps a 0-d array 0-d, which `ascontiguousarray` would not.

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats, Operand, broadcast_shape, checked_out, new_array, real_operand
-from iridesce.arguments.refusals import refusal
+from iridesce.arguments.refusals import Words, complaint, refusal, within
 from iridesce.arguments.scalars import one_of
 from iridesce.optics.evaluation import check_ends, evaluate, index_at, medium_repr
 from iridesce.optics.layer import Fixed, Layer
@@ -49,13 +49,25 @@ class Multilayer(Fixed):
 
     def __init__(self, items: Iterable[MediumLike | Layer]) -> None:
         if isinstance(items, str | bytes):
-            raise ValueError(f"a Stack takes a list, got {items!r}; Stack.parse reads text like {EXAMPLE}")
+            raise complaint(
+                f"a Stack takes a list, got {items!r}; Stack.parse reads text like {EXAMPLE}",
+                "stack",
+                "a list of media and layers",
+                items,
+            )
         try:
             listed = list(items)
         except TypeError:
-            raise ValueError(f"a Stack takes a list of media and layers, got {items!r}") from None
+            raise complaint(
+                f"a Stack takes a list of media and layers, got {items!r}", "stack", "a list of media and layers", items
+            ) from None
         if len(listed) < 2:
-            raise ValueError(f"a Stack needs a first and a last medium, got {items!r}")
+            raise complaint(
+                f"a Stack needs a first and a last medium, got {items!r}",
+                "stack",
+                "a list with a first and a last medium",
+                items,
+            )
         for position, item in enumerate(listed):
             is_end = position in (0, len(listed) - 1)
             if is_end and isinstance(item, Layer):
@@ -86,7 +98,7 @@ class Multilayer(Fixed):
             try:
                 items.append(Layer(item.medium, item.thickness_nm, item.coherent))
             except ValueError as error:
-                raise ValueError(f"{item.where}: {error}") from None
+                raise within(item.where, error) from None
         return cls([*items, last.medium])
 
     @property
@@ -231,7 +243,12 @@ class Multilayer(Fixed):
         (-0.2, 0.8)
         """
         if _checked_polarization(polarization) == "unpolarized":
-            raise ValueError('amplitudes exist for polarization "s" or "p" only, got "unpolarized"')
+            raise complaint(
+                'amplitudes exist for polarization "s" or "p" only, got "unpolarized"',
+                "polarization",
+                '"s" or "p"',
+                "unpolarized",
+            )
         self._must_be_coherent("amplitudes")
         shape, arguments = self._arguments(wavelength_nm, angle_deg)
         r = new_array("amplitudes", shape, np.complex128)
@@ -305,7 +322,12 @@ class Multilayer(Fixed):
         wavelength = real_operand("wavelength_nm", wavelength_nm, low=0.0, includes_low=False)
         indices = [index_at(medium, wavelength.values) for medium in self.media]
         if any(np.any(index.imag != 0.0) for index in indices):
-            raise ValueError("the two-beam form takes real indices: every medium must have k = 0")
+            raise complaint(
+                "the two-beam form takes real indices: every medium must have k = 0",
+                "stack",
+                "one of media with k = 0 for the two-beam form",
+                Words("an absorbing one"),
+            )
         full = [np.broadcast_to(index.real, wavelength.values.shape).reshape(-1) for index in indices]
         own = wavelength.values.shape if wavelength.shape else ()
         eps = _core.two_beam_purity(np.ascontiguousarray(np.stack(full, axis=-1)), list(own))
@@ -411,11 +433,22 @@ class Multilayer(Fixed):
     def _must_be_coherent(self, what: str) -> None:
         for number, layer in enumerate(self.layers, start=1):
             if not layer.coherent:
-                raise ValueError(f"{what} of a stack need coherent layers; layer {number}, {layer!r}, is incoherent")
+                raise complaint(
+                    f"{what} of a stack need coherent layers; layer {number}, {layer!r}, is incoherent",
+                    "stack",
+                    "one of coherent layers",
+                    layer,
+                    f"for layer {number}",
+                )
 
     def _must_be_one_film(self) -> None:
         if len(self.layers) != 1 or not self.layers[0].coherent:
-            raise ValueError(f"the two-beam form takes exactly one layer, a coherent one, got {self!r}")
+            raise complaint(
+                f"the two-beam form takes exactly one layer, a coherent one, got {self!r}",
+                "stack",
+                "one of exactly one layer, a coherent one, for the two-beam form",
+                self,
+            )
 
 
 def _checked_polarization(value: object) -> str:

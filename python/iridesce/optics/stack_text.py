@@ -6,6 +6,8 @@ import re
 from decimal import Decimal, InvalidOperation
 from typing import NamedTuple
 
+from iridesce.arguments.refusals import Words, complaint
+
 EXAMPLE = '"air / soap 320 / air"'
 
 
@@ -26,10 +28,17 @@ def parse_items(text: object, open_layers: bool = False) -> list[Item]:
     ``open_layers``: a layer may leave its thickness out, or write ``?`` for it, as in ``air / soap / air``.
     """
     if not isinstance(text, str):
-        raise ValueError(f"a stack as text looks like {EXAMPLE}, got {text!r:.200}")
+        raise complaint(
+            f"a stack as text looks like {EXAMPLE}, got {text!r:.200}", "stack", f"text like {EXAMPLE}", text
+        )
     words = [item.split() for item in _items(text)]
     if len(words) < 2:
-        raise ValueError(f'a stack needs two or more items separated by " / ", as in {EXAMPLE}, got {text!r:.200}')
+        raise complaint(
+            f'a stack needs two or more items separated by " / ", as in {EXAMPLE}, got {text!r:.200}',
+            "stack",
+            f"two or more items, as in {EXAMPLE}",
+            text,
+        )
     ends = (1, len(words))
     return [_parse_item(item, number, number in ends, open_layers) for number, item in enumerate(words, start=1)]
 
@@ -66,24 +75,54 @@ def _with_unit(words: list[str]) -> list[str]:
 
 def _parse_item(words: list[str], number: int, is_end: bool, open_layers: bool) -> Item:
     if not words:
-        raise ValueError(f"item {number} of the stack is empty; it should look like {EXAMPLE}")
+        raise complaint(
+            f"item {number} of the stack is empty; it should look like {EXAMPLE}",
+            "stack",
+            f"items like those of {EXAMPLE}",
+            Words("nothing"),
+            f"for item {number}",
+        )
     where = f"item {number} of the stack, {' '.join(words)!r:.100}"
     medium = _parse_medium(words[0], where)
     if is_end:
         if len(words) > 1:
-            raise ValueError(f"{where}: the first and the last item are a medium without thickness")
+            raise complaint(
+                f"{where}: the first and the last item are a medium without thickness",
+                "stack",
+                "one that starts and ends with a medium without thickness",
+                Words("a thickness"),
+                f"in {where}",
+            )
         return Item(where, medium, 0.0, True)
     if open_layers and words[1:] in ([], ["?"], ["incoherent"], ["?", "incoherent"]):
         return Item(where, medium, 0.0, words[-1] != "incoherent", is_open=True)
     words = _with_unit(words)
     if len(words) < 2:
-        raise ValueError(f'{where}: a layer needs its thickness in nm, as in "{words[0]} 320"')
+        raise complaint(
+            f'{where}: a layer needs its thickness in nm, as in "{words[0]} 320"',
+            "thickness_nm",
+            "a number",
+            Words("nothing"),
+            f"in {where}",
+        )
     if words[2:] not in ([], ["incoherent"]):
-        raise ValueError(f'{where}: after the thickness only "incoherent" may follow, got {" ".join(words[2:])!r:.100}')
+        raise complaint(
+            f'{where}: after the thickness only "incoherent" may follow, got {" ".join(words[2:])!r:.100}',
+            "stack",
+            '"incoherent", or nothing, after a thickness',
+            " ".join(words[2:]),
+            f"in {where}",
+        )
     try:
         thickness_nm = float(words[1])
     except ValueError:
-        raise ValueError(f"{where}: the thickness in nm must be a number, got {words[1]!r:.100}") from None
+        raise complaint(
+            f"{where}: the thickness in nm must be a number, got {words[1]!r:.100}",
+            "thickness_nm",
+            "a number",
+            words[1],
+            f"in {where}",
+        ) from None
     return Item(where, medium, thickness_nm, len(words) == 2)
 
 
@@ -94,5 +133,7 @@ def _parse_medium(word: str, where: str) -> str | complex:
     try:
         index = complex(word)
     except ValueError:
-        raise ValueError(f"{where}: an index is written n or n+kj, got {word!r:.100}") from None
+        raise complaint(
+            f"{where}: an index is written n or n+kj, got {word!r:.100}", "index", "n or n+kj", word, f"in {where}"
+        ) from None
     return index if index.imag else index.real

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from iridesce.arguments.refusals import complaint
+
 SCENES = ("bubble", "rings", "slick", "titanium", "wafer", "film")
 
 
@@ -15,5 +17,7 @@ def page_path() -> Path:
 def page_link(scene: str | None = None) -> str:
     """The address of the page, with the fragment of a scene."""
     if scene is not None and scene not in SCENES:
-        raise ValueError(f"the page has the scenes {', '.join(SCENES)}, got {scene!r}")
+        raise complaint(
+            f"the page has the scenes {', '.join(SCENES)}, got {scene!r}", "scene", f"one of {', '.join(SCENES)}", scene
+        )
     return page_path().as_uri() + ("" if scene is None else f"#v=1&scene={scene}")

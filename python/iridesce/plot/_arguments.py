@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iridesce.arguments.operands import Floats, real_operand
-from iridesce.arguments.refusals import Words, refusal
+from iridesce.arguments.refusals import Words, complaint, refusal, within
 from iridesce.optics.medium import Medium
 from iridesce.optics.stack_text import parse_items
 from iridesce.plot._style import number
@@ -57,9 +57,12 @@ class Family:
         first, n = (float(medium.index(wavelength_nm).real) for medium in (self.stack.first, self.medium))
         across = first * np.sin(np.radians(angle_deg))
         if not n > across:
-            raise ValueError(
+            raise complaint(
                 f"no wave runs through {self.medium.name} at {number(angle_deg)} degrees from {self.stack.first.name}"
-                " (total reflection), so its retardation has no value"
+                " (total reflection), so its retardation has no value",
+                "angle_deg",
+                "below total reflection",
+                angle_deg,
             )
         return float(2.0 * np.sqrt(n * n - across * across))
 
@@ -80,14 +83,25 @@ def _from_text(text: str, layer: int | str | None) -> Family:
         try:
             layers.append(Layer(item.medium, item.thickness_nm, item.coherent))
         except ValueError as error:
-            raise ValueError(f"{item.where}: {error}") from None
+            raise within(item.where, error) from None
     stack = Stack([first.medium, *layers, last.medium])
     missing = [position for position, item in enumerate(middle) if item.is_open]
     if len(missing) > 1:
-        raise ValueError(f"only one layer of a chart may leave out its thickness, got {text!r}")
+        raise complaint(
+            f"only one layer of a chart may leave out its thickness, got {text!r}",
+            "stack",
+            "a stack of which one layer at most leaves out its thickness",
+            text,
+        )
     position = _growing(stack, layer, missing[0] if missing else None)
     if missing and position != missing[0]:
-        raise ValueError(f"{middle[missing[0]].where}: a layer that does not grow needs its thickness in nm")
+        raise complaint(
+            f"{middle[missing[0]].where}: a layer that does not grow needs its thickness in nm",
+            "thickness_nm",
+            "given for a layer that does not grow",
+            Words("nothing"),
+            f"in {middle[missing[0]].where}",
+        )
     return Family(stack, position)
 
 
@@ -95,14 +109,22 @@ def _growing(stack: Stack, layer: int | str | None, missing: int | None) -> int:
     """The position of the growing layer: the one named, left open, given as an array, or the only one."""
     layers = stack.layers
     if not layers:
-        raise ValueError(f"a chart needs a layer that grows, got {stack_name(stack)!r}, which has none")
+        raise complaint(
+            f"a chart needs a layer that grows, got {stack_name(stack)!r}, which has none",
+            "stack",
+            "a stack with a layer that grows",
+            Words(stack_name(stack)),
+        )
     if layer is None:
         arrays = [position for position, one in enumerate(layers) if np.size(one.thickness_nm) > 1]
         candidates = [missing] if missing is not None else arrays or list(range(len(layers)))
         if len(candidates) > 1:
-            raise ValueError(
+            raise complaint(
                 f"{stack_name(stack)!r} has {len(layers)} layers: say which grows, by layer=1 to {len(layers)} or"
-                ' the name of its medium, or in text by "?" for its thickness'
+                ' the name of its medium, or in text by "?" for its thickness',
+                "layer",
+                f"1 to {len(layers)} or the name of a medium",
+                None,
             )
         return candidates[0]
     if isinstance(layer, str):
@@ -110,7 +132,12 @@ def _growing(stack: Stack, layer: int | str | None, missing: int | None) -> int:
         if len(named) != 1:
             problem = "no layer" if not named else f"{len(named)} layers"
             names = ", ".join(one.medium.name for one in layers)
-            raise ValueError(f"layer must name one of the layers {names}; {problem} of {layer!r}")
+            raise complaint(
+                f"layer must name one of the layers {names}; {problem} of {layer!r}",
+                "layer",
+                f"the name of one of the layers {names}",
+                layer,
+            )
         return named[0]
     if isinstance(layer, bool) or not isinstance(layer, int | np.integer) or not 1 <= layer <= len(layers):
         raise refusal("layer", f"1 to {len(layers)} or the name of a medium", layer)
@@ -147,7 +174,7 @@ def listed(stacks: Stacks) -> list[tuple[str | None, StackLike]]:
     else:
         raise refusal("stack", "a Stack, its text, or a list or dict of them", stacks)
     if not entries:
-        raise ValueError("stack must not be an empty list")
+        raise complaint("stack must not be an empty list", "stack", "one stack or more", Words("an empty list"))
     return entries
 
 
@@ -161,7 +188,7 @@ def samples(
     if given.ndim != 1 or given.size < 2:
         raise refusal(name, "two numbers, the ends of a range, or an ascending array", value)
     if not (np.diff(given) > 0.0).all():
-        raise ValueError(f"{name} must ascend, got {value!r:.80}")
+        raise complaint(f"{name} must ascend, got {value!r:.80}", name, "ascending", value)
     if given[-1] > THICKEST_NM:
         raise refusal(
             name, f"at most {THICKEST_NM:g} nm in a chart (such films have no colour left)", Words(f"{given[-1]:g}")
@@ -176,7 +203,7 @@ def even(name: str, values: Floats) -> Floats:
     """The same values, or an error: a picture has columns of one width."""
     steps = np.diff(values)
     if np.ptp(steps) > 1e-6 * steps.mean():
-        raise ValueError(f"{name} must be evenly spaced, got steps from {steps.min():g} to {steps.max():g}")
+        raise refusal(name, "evenly spaced", Words(f"steps from {steps.min():g} to {steps.max():g}"))
     return values
 
 
@@ -184,7 +211,7 @@ def one_angle(angle_deg: ArrayLike) -> float:
     """A single angle of incidence."""
     angle = real_operand("angle_deg", angle_deg, low=0.0, high=90.0).full()
     if angle.size != 1:
-        raise ValueError(f"angle_deg must be one number here, got shape {angle.shape}")
+        raise refusal("angle_deg", "one number here", Words(f"shape {angle.shape}"))
     return float(angle.reshape(-1)[0])
 
 
@@ -200,7 +227,7 @@ def words(name: str, value: str | Sequence[str], allowed: tuple[str, ...], may_b
         if not isinstance(word, str) or word not in allowed:
             raise refusal(name, f"one or more of {', '.join(map(repr, allowed))}", value)
     if not chosen and not may_be_none:
-        raise ValueError(f"{name} must be one or more of {', '.join(map(repr, allowed))}, got none")
+        raise refusal(name, f"one or more of {', '.join(map(repr, allowed))}", Words("none"))
     if len(set(chosen)) != len(chosen):
-        raise ValueError(f"{name} must not name the same twice, got {value!r:.80}")
+        raise complaint(f"{name} must not name the same twice, got {value!r:.80}", name, "different ones", value)
     return chosen

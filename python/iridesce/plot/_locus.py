@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from iridesce import color
 from iridesce.arguments.operands import Floats
-from iridesce.arguments.refusals import refusal
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.plot import _diagram
 from iridesce.plot._arguments import StackLike, family, one_angle, samples, words
 from iridesce.plot._style import SMALL, Theme, begin, circumstances, heading, number, shortened
@@ -85,7 +85,12 @@ def locus(
         xyz = film.at(thickness).color(angle, polarization, light, quantity=quantity, model=one)
         lit = xyz.sum(axis=-1) > 1e-12
         if lit.sum() < 2:
-            raise ValueError(f"{film.name} is black at every thickness asked for: it has no path")
+            raise complaint(
+                f"{film.name} is black at every thickness asked for: it has no path",
+                "stack",
+                "a film with light in it",
+                Words(film.name),
+            )
         paths.append((one, thickness[lit], xyz[lit]))
 
     ax, look = begin(ax, theme, (6.4, 7.0))
@@ -139,7 +144,9 @@ def _tick_step(tick_nm: float | None, thickness: Floats) -> float:
     if isinstance(tick_nm, bool) or not isinstance(tick_nm, int | float | np.number) or not tick_nm > 0.0:
         raise refusal("tick_nm", "> 0, in nm, or None", tick_nm)
     if span / tick_nm > 1000.0:
-        raise ValueError(f"tick_nm={tick_nm:g} asks for more than 1000 dots")
+        raise complaint(
+            f"tick_nm={tick_nm:g} asks for more than 1000 dots", "tick_nm", "one that makes 1000 dots at most", tick_nm
+        )
     return float(tick_nm)
 
 

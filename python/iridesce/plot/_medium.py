@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats, real_operand
-from iridesce.arguments.refusals import refusal
+from iridesce.arguments.refusals import complaint, refusal
 from iridesce.optics.medium import Medium, MediumLike
 from iridesce.plot._style import SMALL, Theme, begin, heading
 
@@ -90,7 +90,12 @@ def _wavelengths(medium: Medium, value: ArrayLike | None) -> Floats:
         if not low < high:  # data of another part of the spectrum
             low, high = first, last
         if not low < high:
-            raise ValueError(f'medium "{medium.name}" has data at {first:g} nm only: that is no curve')
+            raise complaint(
+                f'medium "{medium.name}" has data at {first:g} nm only: that is no curve',
+                "media",
+                "media with data at more than one wavelength",
+                medium.name,
+            )
         return np.linspace(low, high, 701)
     given = real_operand("wavelength_nm", value, low=0.0, includes_low=False).full()
     if given.ndim != 1 or given.size < 2 or not (np.diff(given) > 0.0).all():

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from iridesce import color
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import number, one_of, whole
 from iridesce.color.film_tables import Conditions, film_tables
 from iridesce.color.light import as_illuminant
@@ -60,10 +61,10 @@ def reachable(
     '$a^*$'
     """
     if isinstance(media, str) or not list(media):
-        raise ValueError(f"media must be a list of one or more media, got {media!r:.60}")
+        raise refusal("media", "a list of one or more media", media)
     low, high = (number("thickness_range_nm", one, low=0.0, high=10_001.0) for one in thickness_range_nm)
     if not low < high:
-        raise ValueError(f"thickness_range_nm must be (low, high) with low < high, got {(low, high)}")
+        raise refusal("thickness_range_nm", "(low, high) with low < high", Words((low, high)))
     conditions = Conditions(
         as_medium(outside),
         as_medium(substrate),
@@ -81,7 +82,12 @@ def reachable(
     ax, look = begin(ax, theme, (6.4, 6.0))
     held = np.argwhere(count > 0)
     if not held.size:
-        raise ValueError(f"no film of these media has a lightness within {lightness!r}")
+        raise complaint(
+            f"no film of these media has a lightness within {lightness!r}",
+            "lightness",
+            "one that some film of these media has",
+            lightness,
+        )
     half = count.shape[0] // 2
     mean = np.zeros((*count.shape, 3))
     mean[count > 0] = sums[count > 0] / count[count > 0][:, None]
@@ -100,7 +106,7 @@ def reachable(
     if target is not None:
         lab = color.convert(np.asarray(target, dtype=np.float64), space, "lab", white=white)
         if lab.shape != (3,):
-            raise ValueError(f"target must be three numbers, got {target!r:.60}")
+            raise refusal("target", "three numbers", target)
         ax.plot(
             [lab[1]],
             [lab[2]],

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iridesce.arguments.operands import Floats, real_operand
-from iridesce.arguments.refusals import refusal
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.color.screen import monochromatic
 from iridesce.optics.stack_text import parse_items
 from iridesce.plot._arguments import StackLike, Stacks, angles, listed, stack_name, words
@@ -65,14 +65,22 @@ def spectrum(
     degrees = angles(angle_deg)
     count = len(stacks) * len(wanted) * len(states) * len(degrees)
     if count > _MOST_CURVES:
-        raise ValueError(f"{count} curves were asked for, a chart shows {_MOST_CURVES} at most")
+        raise complaint(
+            f"{count} curves were asked for, a chart shows {_MOST_CURVES} at most",
+            "stack",
+            f"{_MOST_CURVES} curves at most",
+            Words(count),
+        )
     # Colours tell stacks and quantities apart; then dashes tell angles and polarisations. One thing has all colours.
     by_color = len(stacks) * len(wanted)
     by_style = len(degrees) * len(states)
     if by_color > 1 and by_style > len(_DASHES):
-        raise ValueError(
+        raise complaint(
             f"{by_style} angles and polarisations were asked for; beside several stacks or quantities"
-            f" a chart shows {len(_DASHES)} at most"
+            f" a chart shows {len(_DASHES)} at most",
+            "angle_deg",
+            f"{len(_DASHES)} angles and polarisations at most",
+            Words(by_style),
         )
     curves: list[tuple[str, int, int, Floats]] = []
     for row, ((label, one), name) in enumerate(product(stacks, wanted)):
@@ -139,8 +147,12 @@ def _stack(stack: StackLike) -> Stack:
         raise refusal("stack", "an iridesce.Stack or its text", stack)
     for place, layer in enumerate(stack.layers, start=1):
         if np.size(layer.thickness_nm) != 1:
-            raise ValueError(
-                f"a spectrum needs one thickness a layer, got {np.size(layer.thickness_nm)} for layer {place}"
+            raise complaint(
+                f"a spectrum needs one thickness a layer, got {np.size(layer.thickness_nm)} for layer {place}",
+                "thickness_nm",
+                "one number a layer",
+                Words(np.size(layer.thickness_nm)),
+                f"for layer {place}",
             )
     return stack
 

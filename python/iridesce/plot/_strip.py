@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from iridesce import _core, color
 from iridesce.arguments.operands import Floats
-from iridesce.arguments.refusals import Words, refusal
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.color.screen import gains, gains_in_words, readable_on, screen
 from iridesce.plot._arguments import Family, Stacks, angles, even, family, listed, samples
 from iridesce.plot._style import SMALL, begin, circumstances, heading, number, shortened
@@ -85,7 +85,12 @@ def strip(
     rows = _rows(stack, several, layer)
     has_newton = any(row.film is None for row in rows)
     if thickness_nm is not None and (retardation_nm is not None or has_newton):
-        raise ValueError('thickness_nm and retardation_nm exclude each other, and "newton" has a retardation only')
+        raise complaint(
+            'thickness_nm and retardation_nm exclude each other, and "newton" has a retardation only',
+            "retardation_nm",
+            "given instead of thickness_nm, or left out",
+            Words("both"),
+        )
     by_retardation = retardation_nm is not None or has_newton
     if by_retardation:
         across = samples("retardation_nm", retardation_nm, None, (0.0, 4.0 * ORDER_NM), step=1.0)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from iridesce import _core
-from iridesce.arguments.refusals import refusal
+from iridesce.arguments.refusals import Words, refusal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,7 +69,7 @@ def begin(ax: Axes | None, theme: str | None, size_inches: tuple[float, float]) 
     elif not isinstance(ax, Axes):
         raise refusal("ax", "a matplotlib Axes or None", ax)
     if ax.name != "rectilinear":
-        raise ValueError(f"ax must have straight axes, got the projection {ax.name!r}")
+        raise refusal("ax", "straight axes", Words(f"the projection {ax.name!r}"), must="have")
     figure = ax.get_figure(root=True)
     assert figure is not None, "Axes always have a figure"
     if wanted is None:

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce import _core
+from iridesce.arguments.refusals import Words, refusal
 from iridesce.image import Image
 
 __all__ = ["merge"]
@@ -56,10 +57,10 @@ def merge(images: Iterable[Image | str | os.PathLike[str]]) -> Image:
     True
     """
     if isinstance(images, (str, os.PathLike, Image)):
-        raise ValueError(f"images must be a list of two images or paths at least, got {images!r:.60}")
+        raise refusal("images", "a list of two images or paths at least", images)
     given = list(images)
     if len(given) < 2:
-        raise ValueError(f"images must be two at least, got {len(given)}")
+        raise refusal("images", "two at least", Words(len(given)))
     named = [_named(image, place) for place, image in enumerate(given)]
     for name, image in named[1:]:
         _check_same(named[0], (name, image))
@@ -75,7 +76,7 @@ def _named(image: object, place: int) -> tuple[str, Image]:
         return f"images[{place}]", image
     if isinstance(image, (str, os.PathLike)):
         return os.fspath(image), Image.load(image)
-    raise ValueError(f"images must hold images and paths, got {image!r:.60} at index {place}")
+    raise refusal("images", "images and paths", image, f"at index {place}", must="hold")
 
 
 def _check_same(first: tuple[str, Image], second: tuple[str, Image]) -> None:

@@ -199,15 +199,13 @@ def _wavelengths(value: npt.ArrayLike | None) -> list[float]:
         if array.dtype.kind not in "iuf" or array.ndim != 1 or not np.isfinite(array).all():
             raise ValueError
     except (TypeError, ValueError):
-        raise ValueError(
-            f"spectral_nm must be ascending wavelengths in nm, (wavelengths,), got {value!r:.60}"
-        ) from None
+        raise refusal("spectral_nm", "ascending wavelengths in nm, (wavelengths,)", value) from None
     return [float(nm) for nm in array]
 
 
 def _flag(name: str, value: object) -> bool:
     if not isinstance(value, (bool, np.bool_)):
-        raise ValueError(f"{name} must be True or False, got {value!r:.60}")
+        raise refusal(name, "True or False", value)
     return bool(value)
 
 
@@ -219,7 +217,7 @@ def _wholes(name: str, value: object, count: int, wanted: str) -> tuple[int, ...
     except TypeError:
         numbers = []
     if isinstance(value, (str, bytes)) or len(numbers) != count or min(numbers) < 0 or max(numbers) > _MAX_SIDE:
-        raise ValueError(f"{name} must be {wanted} from 0 on, or None, got {value!r:.60}")
+        raise refusal(name, f"{wanted} from 0 on, or None", value)
     return tuple(numbers)
 
 

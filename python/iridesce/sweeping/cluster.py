@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from iridesce import _core
+from iridesce.arguments.refusals import complaint, refusal
 from iridesce.sweeping.needed import check_names, content, digests
 from iridesce.sweeping.points import Made, Task
 from iridesce.sweeping.store import Entry, Store, read_value
@@ -56,9 +57,9 @@ def opened(client: Any, function: Any = None, files: Sequence[str] = ()) -> Iter
             yield Cluster(own)
         return
     if not isinstance(client, distributed.Client):
-        raise ValueError(f"client must be None, an address or a dask.distributed Client, got {client!r:.80}")
+        raise refusal("client", "None, an address or a dask.distributed Client", client)
     if client.asynchronous:
-        raise ValueError("client must not be asynchronous")
+        raise complaint("client must not be asynchronous", "client", "a synchronous one", client)
     yield Cluster(client)
 
 
@@ -348,7 +349,8 @@ def _pickled(value: Any) -> bytes:
         found: bytes = cloudpickle.dumps(value)
         pickle.loads(found)
     except Exception as error:
-        raise ValueError(f"quantity cannot be sent to workers: {type(error).__name__}: {error}") from None
+        words = f"quantity cannot be sent to workers: {type(error).__name__}: {error}"
+        raise complaint(words, "quantity", "a function that can be sent to workers", value) from None
     return found
 
 
@@ -367,7 +369,7 @@ def _connected(distributed: Any, address: str) -> Iterator[Any]:
     if own is not None:
         count = int(own[1]) if own[1] else _core.threads()
         if count < 1:
-            raise ValueError(f'client must be "local:N" with N >= 1, got {address!r}')
+            raise refusal("client", '"local:N" with N >= 1', address)
         with warnings.catch_warnings():
             # (Where another program has the port that it would like for its own pages.)
             warnings.filterwarnings("ignore", message="Port .* is already in use")
@@ -407,7 +409,7 @@ def _knock(address: str) -> None:
     try:
         parse_address(address if "://" in address else f"tcp://{address}")
     except ValueError as error:
-        raise ValueError(f"client: no address {address!r:.80}: {error}") from None
+        raise complaint(f"client: no address {address!r:.80}: {error}", "client", "an address", address) from None
     found: list[BaseException | None] = []
 
     async def knock() -> None:
@@ -429,6 +431,6 @@ def _knock(address: str) -> None:
         thread.join(_PATIENCE_S)
     problem = found[0] if found else OSError()
     if isinstance(problem, ValueError):
-        raise ValueError(f"client: no address {address!r:.80}: {problem}") from None
+        raise complaint(f"client: no address {address!r:.80}: {problem}", "client", "an address", address) from None
     if problem is not None:
         raise ConnectionError(_NOBODY.format(address, CONNECT_S)) from None

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.errors import ResourceError
 from iridesce.optics.medium import Medium
 from iridesce.thickness.models import ThicknessModel
@@ -31,7 +32,8 @@ class Grid:
         if isinstance(vary, Mapping):
             self.axes: dict[str, list[Any]] | None = {_key(key): _axis(key, values) for key, values in vary.items()}
             if not self.axes:
-                raise ValueError('vary is empty; name what varies, as in {"layers.0.thickness_nm": [100.0, 200.0]}')
+                words = 'vary is empty; name what varies, as in {"layers.0.thickness_nm": [100.0, 200.0]}'
+                raise complaint(words, "vary", "a dict of one key or more", vary)
             count = math.prod(len(values) for values in self.axes.values())
             _refuse_too_many(count)
             self.points = [
@@ -39,12 +41,14 @@ class Grid:
             ]
             return
         if isinstance(vary, str | bytes) or not isinstance(vary, Sequence):
-            raise ValueError(f"vary must be a dict of key and values, or a list of dicts, got {vary!r:.80}")
+            raise refusal("vary", "a dict of key and values, or a list of dicts", vary)
         _refuse_too_many(len(vary))
         self.axes = None
         self.points = [_listed(number, point) for number, point in enumerate(vary)]
         if not self.points:
-            raise ValueError("vary is an empty list; name at least one point")
+            raise complaint(
+                "vary is an empty list; name at least one point", "vary", "a list of one point or more", vary
+            )
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -127,22 +131,26 @@ def plain(value: Any) -> Any:
 
 def _key(key: object) -> str:
     if not isinstance(key, str) or not key:
-        raise ValueError(f'keys of vary are texts such as "angle_deg", got {key!r:.80}')
+        words = f'keys of vary are texts such as "angle_deg", got {key!r:.80}'
+        raise complaint(words, "vary", 'a dict whose keys are texts such as "angle_deg"', key)
     return key
 
 
 def _axis(key: str, values: object) -> list[Any]:
     if isinstance(values, str | bytes | Mapping) or not isinstance(values, Iterable):
-        raise ValueError(f"vary[{key!r}] must be a list of values, got {values!r:.80}")
+        raise refusal(f"vary[{key!r}]", "a list of values", values)
     found = [plain(value) for value in itertools.islice(values, MOST_POINTS + 1)]
     if not found:
-        raise ValueError(f"vary[{key!r}] is empty; give it one value at least")
+        name = f"vary[{key!r}]"
+        raise complaint(
+            f"{name} is empty; give it one value at least", name, "a list of one value or more", Words("none")
+        )
     return found
 
 
 def _listed(number: int, point: object) -> Point:
     if not isinstance(point, Mapping) or not point:
-        raise ValueError(f"vary[{number}] must be a dict of key and value, got {point!r:.80}")
+        raise refusal(f"vary[{number}]", "a dict of key and value", point)
     return {_key(key): plain(value) for key, value in point.items()}
 
 

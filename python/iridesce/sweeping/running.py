@@ -9,6 +9,7 @@ from typing import Any
 
 from iridesce import _core
 from iridesce._progress import Told, check_progress, watched
+from iridesce.arguments.refusals import refusal
 from iridesce.arguments.scalars import checked_threads, file_name
 from iridesce.sweeping.cluster import opened
 from iridesce.sweeping.grid import Grid
@@ -108,15 +109,11 @@ def checked_shard(shard: object) -> tuple[int, int] | None:
     """``(i, n)`` with 1 <= i <= n, or None."""
     if shard is None:
         return None
-    words = f"shard must be (i, n), whole numbers with 1 <= i <= n, got {shard!r:.60}"
-    if not isinstance(shard, tuple | list) or len(shard) != 2:
-        raise ValueError(words)
-    for one in shard:
-        if isinstance(one, bool) or not isinstance(one, int):
-            raise ValueError(words)
-    if not 1 <= shard[0] <= shard[1]:
-        raise ValueError(words)
-    return shard[0], shard[1]
+    if isinstance(shard, tuple | list) and len(shard) == 2:
+        first, last = shard
+        if all(isinstance(one, int) and not isinstance(one, bool) for one in shard) and 1 <= first <= last:
+            return first, last
+    raise refusal("shard", "(i, n), whole numbers with 1 <= i <= n", shard)
 
 
 def check_points(subject: Subject, grid: Grid) -> None:

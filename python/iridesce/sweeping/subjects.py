@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from iridesce.arguments.refusals import complaint, refusal
 from iridesce.image import Image
 from iridesce.optics.layer import Layer
 from iridesce.optics.medium import as_medium
@@ -159,11 +160,11 @@ class StackSubject:
                 number = int(match[1])
                 if number >= len(layers):
                     has = f"has layers 0 to {len(layers) - 1}" if layers else "has no layers"
-                    raise ValueError(f'vary: no "{key}"; the stack {has}')
+                    raise complaint(f'vary: no "{key}"; the stack {has}', "vary", f"keys of a stack that {has}", key)
                 kind = _LAYER_KEYS.index(match[2])
                 layers[number][kind] = _medium(value) if match[2] == "medium" else value
             elif callable(self.quantity) or key not in QUANTITIES[self.quantity]:
-                raise ValueError(self._unknown(key))
+                raise complaint(self._unknown(key), "vary", "keys of the stack and its quantity", key)
         made = [Layer(medium, thickness_nm, coherent) for thickness_nm, medium, coherent in layers]
         return Stack([media[0], *made, media[1]])
 
@@ -275,7 +276,7 @@ def _checked(quantity: Any, default: str, known: tuple[str, ...], of: str) -> st
         return function
     if not isinstance(quantity, str) or quantity not in known:
         words = ", ".join(f'"{word}"' for word in known)
-        raise ValueError(f"quantity of {of} must be {words} or a function, got {quantity!r:.80}")
+        raise refusal(f"quantity of {of}", f"{words} or a function", quantity)
     return quantity
 
 

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
 from iridesce._notebook import facts_html
-from iridesce.arguments.refusals import refusal
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import allowed_range, file_name, number, whole
 from iridesce.errors import ResourceError
 from iridesce.thickness.simulation import presets
@@ -93,7 +93,12 @@ class ThicknessModel:
 
     def _evaluate(self, method: str, name: str, values: ArrayLike) -> NDArray[np.float64] | float:
         if self._kind not in ("uniform", *(kind for kind, own in _METHODS.items() if own == method)):
-            raise ValueError(f"a {self._kind} is not asked by {method}; use {_METHODS[self._kind]}")
+            raise complaint(
+                f"a {self._kind} is not asked by {method}; use {_METHODS[self._kind]}",
+                "model",
+                "asked by its own method",
+                Words(method),
+            )
         places = array(name, values)
         refuse_where(~np.isfinite(places), places, name, "finite")
         if method == "at_radius":
@@ -101,7 +106,7 @@ class ThicknessModel:
         shape = places.shape
         if method == "at_point":
             if places.ndim == 0 or shape[-1] != 3:
-                raise ValueError(f"{name} must have a last axis of 3 coordinates, got the shape {shape}")
+                raise refusal(name, "a last axis of 3 coordinates", Words(f"the shape {shape}"), must="have")
             shape = shape[:-1]
             places = places.reshape(-1, 3)
         else:
@@ -136,7 +141,12 @@ class ThicknessModel:
         if sides["width"] * sides["height"] > _MAX_CELLS:
             raise ResourceError(f"a map has at most {_MAX_CELLS} cells, got {width} x {height}")
         if extent is not None and self._kind not in _EXTENT_KINDS:
-            raise ValueError(f"extent is for a wedge or a gap under a lens; a {self._kind} spans the whole object")
+            raise complaint(
+                f"extent is for a wedge or a gap under a lens; a {self._kind} spans the whole object",
+                "extent",
+                f"left out for a {self._kind}",
+                extent,
+            )
         ends = None
         if extent is not None:
             given = array("extent", extent)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
 from iridesce._progress import Tell, Told, check_progress, watched
-from iridesce.arguments.refusals import Words, refusal
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import allowed_range, number, whole
 from iridesce.thickness.thickness_map import ThicknessMap, array, refuse_where
 
@@ -283,9 +283,12 @@ def simulate(
             # A film bursts at a time of its own: the frame of that time was its last.
             first = math.ceil(reached * rate - 1e-9) + 1
         elif abs((first - 1) / rate - reached) > 1e-9 * max(reached, 1.0):
-            raise ValueError(
+            raise complaint(
                 f"the checkpoint is at {reached:g} s, between two frames of frames_per_second {rate:g}; "
-                "give the one that it was made with"
+                "give the one that it was made with",
+                "frames_per_second",
+                "the rate that the checkpoint was made with",
+                rate,
             )
     return Simulation(core, end, rate, first, progress)
 
@@ -295,14 +298,19 @@ def _initial(initial: ThicknessMap | ArrayLike | None, parameters: dict[str, flo
         return None
     for name in ("thickness_nm", "noise"):
         if name in parameters:
-            raise ValueError(f"initial and {name} exclude each other: the thickness at the start is given, got both")
+            raise complaint(
+                f"initial and {name} exclude each other: the thickness at the start is given, got both",
+                name,
+                "left out beside initial",
+                Words("both"),
+            )
     values = initial.thickness_nm if isinstance(initial, ThicknessMap) else array("initial", initial)
     if values.ndim != 2 or 0 in values.shape:
-        raise ValueError(f"initial must have the shape (rows, columns), both >= 1, got {values.shape}")
+        raise refusal("initial", "the shape (rows, columns), both >= 1", Words(values.shape), must="have")
     allowed = f"{allowed_range(0.0, math.inf, True)}, in nm"
     refuse_where(~(np.isfinite(values) & (values >= 0.0)), values, "initial", allowed)
     if not values.any():
-        raise ValueError("initial must hold some liquid, got 0.0 everywhere")
+        raise refusal("initial", "some liquid", Words("0.0 everywhere"), must="hold")
     return _core.ThicknessMap(np.ascontiguousarray(values))
 
 

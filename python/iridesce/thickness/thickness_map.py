@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
 from iridesce.arguments.operands import place
-from iridesce.arguments.refusals import refusal
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import file_name, number
 from iridesce.files.report import ReadReport, of_core
 
@@ -42,7 +42,7 @@ class ThicknessMap:
     def __init__(self, thickness_nm: ArrayLike) -> None:
         values = array("thickness_nm", thickness_nm)
         if values.ndim != 2 or 0 in values.shape:
-            raise ValueError(f"thickness_nm must have the shape (height, width), both >= 1, got {values.shape}")
+            raise refusal("thickness_nm", "the shape (height, width), both >= 1", Words(values.shape), must="have")
         self._core = _core.ThicknessMap(np.ascontiguousarray(values))
         self._read: ReadReport | None = None
         self._thickness_nm: NDArray[np.float64] = values.copy()
@@ -80,7 +80,12 @@ class ThicknessMap:
         try:
             across, up = np.broadcast_arrays(across, up)
         except ValueError:
-            raise ValueError(f"u and v must broadcast: shapes {across.shape} and {up.shape}") from None
+            raise complaint(
+                f"u and v must broadcast: shapes {across.shape} and {up.shape}",
+                "u and v",
+                "of shapes that broadcast",
+                Words(f"{across.shape} and {up.shape}"),
+            ) from None
         flat = self._core.sample(np.ascontiguousarray(across).reshape(-1), np.ascontiguousarray(up).reshape(-1))
         return float(flat[0]) if across.ndim == 0 else flat.reshape(across.shape)
 
@@ -168,11 +173,21 @@ class ThicknessMap:
         name = file_name(path)
         ending = os.path.splitext(name)[1].lower()
         if ending not in _ENDINGS:
-            raise ValueError(f"path must end in {', '.join(_ENDINGS)}, got {name!r:.200}")
+            raise refusal("path", f"in {', '.join(_ENDINGS)}", name, must="end")
         if pixel_size is not None and ending not in _TIFF:
-            raise ValueError(f"pixel_size goes with a TIFF file, got {name!r:.200}")
+            raise complaint(
+                f"pixel_size goes with a TIFF file, got {name!r:.200}",
+                "pixel_size",
+                "left out unless the file is a TIFF",
+                pixel_size,
+            )
         if ending != ".npy" and float(self._thickness_nm.max()) > _MAX_FLOAT32:
-            raise ValueError(f"a map with {float(self._thickness_nm.max())!r} nm does not fit single precision")
+            raise complaint(
+                f"a map with {float(self._thickness_nm.max())!r} nm does not fit single precision",
+                "thickness_nm",
+                "within single precision",
+                Words(float(self._thickness_nm.max())),
+            )
         _core.check_output(name)
         if ending == ".npy":
             buffer = io.BytesIO()

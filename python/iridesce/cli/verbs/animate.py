@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from iridesce._progress import progress_bar
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.cli.answers import note, print_json, quiet_dask
 from iridesce.cli.options import DaskOption, JsonOption, OutsideOption, SceneArgument, SetOption, ThreadsOption
 from iridesce.cli.reading import assignment, changed_scene, exposure_in_stops, load_scene, size_in_pixels
@@ -102,9 +103,12 @@ def verb(
     loaded, films = _films(loaded, columns)
     path = animation.camera_path(loaded.to_dict()["camera"], seconds, orbit, camera)
     if not films and not path.moves:
-        raise ValueError(
+        raise complaint(
             f"nothing moves: {scene} has no film that flows; give its thickness_nm as {{ flow = ... }}, or --orbit or "
-            "--camera"
+            "--camera",
+            "scene",
+            "a scene with a film that flows, unless --orbit or --camera is given",
+            scene,
         )
     run = RunFolder.of(
         folder,
@@ -321,18 +325,23 @@ def _draft(scene: Scene) -> Scene:
 def _frames(seconds: float, fps: float) -> int:
     for option, value in (("--seconds", seconds), ("--fps", fps)):
         if not (math.isfinite(value) and value > 0.0):
-            raise ValueError(f"{option} must be > 0 and finite, got {value:g}")
+            raise refusal(option, "> 0 and finite", Words(f"{value:g}"))
     count = seconds * fps
     if count > _MOST_FRAMES:
-        raise ValueError(f"--seconds {seconds:g} at --fps {fps:g} is more than {_MOST_FRAMES} frames")
+        raise complaint(
+            f"--seconds {seconds:g} at --fps {fps:g} is more than {_MOST_FRAMES} frames",
+            "--seconds",
+            f"{_MOST_FRAMES} frames at most",
+            Words(f"{seconds:g} at --fps {fps:g}"),
+        )
     return max(round(count), 1)
 
 
 def _check_times(start: float, speed: float) -> None:
     if not (math.isfinite(start) and start >= 0.0):
-        raise ValueError(f"--start must be >= 0 and finite, in s, got {start:g}")
+        raise refusal("--start", ">= 0 and finite, in s", Words(f"{start:g}"))
     if not (math.isfinite(speed) and speed >= 0.0):
-        raise ValueError(f"--speed must be >= 0 and finite, got {speed:g}")
+        raise refusal("--speed", ">= 0 and finite", Words(f"{speed:g}"))
 
 
 def _films(scene: Scene, columns: int | None) -> tuple[Scene, list[FlowingFilm]]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from iridesce.arguments.refusals import Words, complaint
 from iridesce.cli.answers import answers_errors, print_json
 from iridesce.cli.chart_file import write_panels
 from iridesce.cli.options import (
@@ -113,7 +114,12 @@ def locus(
             )
 
     if len(models) > 4:
-        raise ValueError(f"--model may be given four times at most, got {len(models)}")
+        raise complaint(
+            f"--model may be given four times at most, got {len(models)}",
+            "--model",
+            "given four times at most",
+            Words(len(models)),
+        )
     _make("locus", stack, output, size, (1000 * len(models), 1100), len(models), draw, as_json)
 
 

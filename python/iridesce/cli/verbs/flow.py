@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from iridesce._progress import progress_bar
+from iridesce.arguments.refusals import complaint
 from iridesce.arguments.scalars import whole
 from iridesce.cli.answers import note, print_json
 from iridesce.cli.options import JsonOption
@@ -255,5 +256,5 @@ def _real(key: str, value: Any) -> float | str:
     if isinstance(value, str) and value in ("inf", "infinity"):
         return float("inf")
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"--set {key} must be a number, got {value!r:.60}")
+        raise complaint(f"--set {key} must be a number, got {value!r:.60}", f"--set {key}", "a number", value)
     return float(value)

@@ -13,6 +13,7 @@ import numpy as np
 
 from iridesce import _core, color
 from iridesce.arguments.operands import Floats
+from iridesce.arguments.refusals import Words, complaint
 from iridesce.exchange import charts, exr
 from iridesce.exchange.appearance import Roughness, reflectance_of
 from iridesce.exchange.films import ANGLES_DEG, DISPERSES, Film, extended_index, grazing_deg
@@ -54,7 +55,12 @@ def export_mitsuba(request: Request) -> Package:
     if request.scene is not None:
         _scene(request, request.scene.to_dict(), folder_of(request.scene), package)
     elif not kept:
-        raise ValueError('"mitsuba" writes films; there is none here')
+        raise complaint(
+            '"mitsuba" writes films; there is none here',
+            "stack_or_scene",
+            "a stack with a layer or a scene with a film",
+            Words("one without"),
+        )
     package.drop("polarisation: the table is of unpolarised light")
     package.note(
         "thickness in nm; any lamp, in spectral variants of llvm or cuda (Mitsuba 3.9); import iridesce_film first"

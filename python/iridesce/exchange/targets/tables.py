@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from iridesce.arguments.refusals import Words, complaint
 from iridesce.exchange import charts, lut
 from iridesce.exchange.films import Film
 from iridesce.exchange.package import Package, Request
@@ -58,7 +59,12 @@ def with_layer(request: Request, package: Package, target: str) -> list[Film]:
         if film.layer is None:
             package.drop(f"{film.name}: a bare surface has no film")
     if not kept:
-        raise ValueError(f'"{target}" writes films; there is none here')
+        raise complaint(
+            f'"{target}" writes films; there is none here',
+            "stack_or_scene",
+            "a stack with a layer or a scene with a film",
+            Words("one without"),
+        )
     tell_kind(kept, package)
     return kept
 
