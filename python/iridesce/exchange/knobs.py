@@ -38,6 +38,7 @@ class Knobs:
     """Reflectance of the base at normal incidence, linear Rec.709."""
     index: Floats | None = None
     """n + ik of an absorbing base at R, G and B."""
+    base_name: str = ""
 
     @property
     def is_metal(self) -> bool:
@@ -57,10 +58,20 @@ def knobs_of(film: Film, package: Package, target: str, rgb_nm: tuple[float, flo
         package.drop(
             f"{name}: the layer {layer.medium.name} above the film; {target} holds one film, use lut, osl or mitsuba"
         )
-    for layer in below:
+    base = stack.last
+    slab = next((number for number, layer in enumerate(below) if not layer.coherent), None)
+    if slab is not None:  # what the film lies on; its back is a face of its own
+        base, below = below[slab].medium, below[:slab]
         package.drop(
-            f"{name}: the layer {layer.medium.name} under the film as a film of its own: {target} holds one film; it counts"
-            " with the base at 0 degrees only; lut, osl and mitsuba hold it whole"
+            f"{name}: what comes back from behind the slab {base.name}, which is incoherent: {target} ends at its front;"
+            " lut, osl and mitsuba hold it whole"
+        )
+    clear = bool(np.all(extended_index(base, rgb_nm).imag == 0.0))
+    for layer in below:
+        counts = "it is left out" if clear else "it counts with the base at 0 degrees only"
+        package.drop(
+            f"{name}: the layer {layer.medium.name} under the film as a film of its own: {target} holds one film; {counts};"
+            " lut, osl and mitsuba hold it whole"
         )
     film_ior = 1.0
     if film.layer is not None:
@@ -82,12 +93,12 @@ def knobs_of(film: Film, package: Package, target: str, rgb_nm: tuple[float, flo
             )
             film_ior = 1.0
     with film.hushed():
-        f0 = np.clip(np.asarray(Stack([stack.first, *below, stack.last]).color(space="linear-srgb")), 0.0, 1.0)
-    index = extended_index(stack.last, rgb_nm)
-    if film.transmits:
-        base_ior = max(float(extended_index(stack.last, [DESIGN_NM])[0].real) / outside, 1.0)
-        return Knobs(film_ior, base_ior, f0)
-    return Knobs(film_ior, None, f0, index / outside)
+        f0 = np.clip(np.asarray(Stack([stack.first, *below, base]).color(space="linear-srgb")), 0.0, 1.0)
+    index = extended_index(base, rgb_nm)
+    if clear:
+        base_ior = max(float(extended_index(base, [DESIGN_NM])[0].real) / outside, 1.0)
+        return Knobs(film_ior, base_ior, f0, None, base.name)
+    return Knobs(film_ior, None, f0, index / outside, base.name)
 
 
 def shown(twin: Twin, knobs: Knobs, film: Film) -> Floats:

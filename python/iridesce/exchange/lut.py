@@ -31,6 +31,7 @@ _MOST_TEXELS = 2**22
 _WIDE_NM = 3000.0
 _MOST_COLUMNS = 4096
 _POINTS = 20_000
+_CUBE_POINTS = 4096
 _PNG_SCALE = "iridesce:scale"
 # Below 20 nm a film is nearly black and CIEDE2000 has no eye behind it: the greatest error there is told apart.
 _BLACK_NM = 20.0
@@ -75,7 +76,8 @@ def table(film: Film, quantity: str, size: tuple[int, int] | None = None) -> Lut
     """The table of a film over its range, in double precision; of a wide range with as many columns as fringes need."""
     low, high = film.table_range()
     width, height = size or SIZE
-    if size is None and high - low > _WIDE_NM:
+    fringes = film.layer is not None and film.stack.layers[film.layer].coherent
+    if size is None and fringes and high - low > _WIDE_NM:
         width = min(_MOST_COLUMNS, int(np.ceil(width * (high - low) / _WIDE_NM)))
     xyz = _computed(
         film.at(0.0), film.layer, film.illuminant, (low, high), quantity, (width, height), tuple(film.notes)
@@ -167,10 +169,10 @@ def png_file(lut: Lut, stated: dict[str, float]) -> bytes:
     return png.png_bytes(steps, {_PNG_SCALE: repr(scale), **texts})
 
 
-def ramp(film: Film, quantity: str, count: int = CUBE_SIZE) -> tuple[tuple[float, float], Floats]:
+def ramp(film: Film, quantity: str) -> tuple[tuple[float, float], Floats]:
     """The colours at 0 degrees over the film's table range."""
     low, high = film.table_range()
-    return (low, high), film.xyz(np.linspace(low, high, count), 0.0, quantity)
+    return (low, high), film.xyz(np.linspace(low, high, CUBE_SIZE), 0.0, quantity)
 
 
 def cube_file(film: Film, quantity: str, stated: dict[str, float]) -> bytes:
@@ -195,7 +197,7 @@ def cube_file(film: Film, quantity: str, stated: dict[str, float]) -> bytes:
 def cube_error(film: Film, quantity: str) -> dict[str, float]:
     """The .cube read linearly between its entries, against the truth at 0 degrees: CIEDE2000 mean, p99, max."""
     (low, high), xyz = ramp(film, quantity)
-    places = np.random.Generator(np.random.PCG64(1)).random(4096)
+    places = np.random.Generator(np.random.PCG64(1)).random(_CUBE_POINTS)
     rounded = np.array([[float(f"{value:.7g}") for value in row] for row in xyz])
     seen = bilinear(rounded[None], places * (len(xyz) - 1), np.zeros_like(places))
     true = film.xyz(low + (high - low) * places, 0.0, quantity)

@@ -123,7 +123,6 @@ def _write(film: Film, package: Package, knobs: Knobs, tables: dict[str, str] | 
         .decode("ascii"),
         "NAME": film.name,
         "KIND": kind,
-        "FREE": str(film.free),
         "FILM": str(film.layer is not None),
         "THICKNESS": decimal(film.range_nm[1]),
         "LOW": decimal(low),

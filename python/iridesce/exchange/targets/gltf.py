@@ -85,9 +85,7 @@ def _material(
     if knobs.base_ior is None:
         surface["metallicFactor"] = 1.0
         surface["baseColorFactor"] = [*(round(float(x), 9) for x in knobs.f0), 1.0]
-        package.drop(
-            f"{film.name}: k of {film.stack.last.name}: the target has no k, and takes the phase of a clear base"
-        )
+        package.drop(f"{film.name}: k of {knobs.base_name}: the target has no k, and takes the phase of a clear base")
     else:
         material["extensions"]["KHR_materials_ior"] = {"ior": knobs.base_ior}
         material["extensions"]["KHR_materials_transmission"] = {"transmissionFactor": 1.0}

@@ -13,7 +13,6 @@ import numpy as np
 
 from iridesce import _core, color
 from iridesce.arguments.operands import Floats
-from iridesce.arguments.refusals import Words, complaint
 from iridesce.exchange import charts, exr
 from iridesce.exchange.appearance import Roughness, reflectance_of
 from iridesce.exchange.films import ANGLES_DEG, DISPERSES, Film, extended_index, grazing_deg
@@ -23,6 +22,7 @@ from iridesce.exchange.package import Package, Request
 from iridesce.exchange.pieces import Piece
 from iridesce.exchange.surfaces import environment_file, heights_of, picture_file, told_camera, told_piece
 from iridesce.exchange.targets.shaders import decimal, filled
+from iridesce.exchange.targets.tables import without_film
 from iridesce.exchange.textures import laid_out
 
 WAVELENGTH_NM = np.linspace(360.0, 830.0, 95)
@@ -55,12 +55,7 @@ def export_mitsuba(request: Request) -> Package:
     if request.scene is not None:
         _scene(request, request.scene.to_dict(), folder_of(request.scene), package)
     elif not kept:
-        raise complaint(
-            '"mitsuba" writes films; there is none here',
-            "stack_or_scene",
-            "a stack with a layer or a scene with a film",
-            Words("one without"),
-        )
+        raise without_film("mitsuba")
     package.drop("polarisation: the table is of unpolarised light")
     package.note(
         "thickness in nm; any lamp, in spectral variants of llvm or cuda (Mitsuba 3.9); import iridesce_film first"

@@ -171,7 +171,7 @@ def _conductor(film: Film, knobs: Knobs, package: Package) -> list[str]:
     name = f"{film.name}_conductor"
     mean = float(differences(show_conductor, knobs, film).mean())
     package.note(
-        f"{film.name}: the material {name} holds {film.stack.last.name} by n and k: CIEDE2000 {mean:.2f} in the mean by the twin"
+        f"{film.name}: the material {name} holds {knobs.base_name} by n and k: CIEDE2000 {mean:.2f} in the mean by the twin"
     )
     alpha = (0.0, 0.0) if film.roughness is None else film.roughness.alpha
     value = film.range_nm[1] if not film.varies else 0.5 * sum(film.range_nm)

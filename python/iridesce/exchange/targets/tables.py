@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from iridesce.arguments.refusals import Words, complaint
+from iridesce.errors import ArgumentError
 from iridesce.exchange import charts, lut
 from iridesce.exchange.films import Film
 from iridesce.exchange.package import Package, Request
@@ -59,14 +60,21 @@ def with_layer(request: Request, package: Package, target: str) -> list[Film]:
         if film.layer is None:
             package.drop(f"{film.name}: a bare surface has no film")
     if not kept:
-        raise complaint(
-            f'"{target}" writes films; there is none here',
-            "stack_or_scene",
-            "a stack with a layer or a scene with a film",
-            Words("one without"),
-        )
+        raise without_film(target)
+    if request.scene is not None:
+        package.drop(f"geometry, camera and lights: {target} holds films; gltf, usd and mitsuba hold scenes")
     tell_kind(kept, package)
     return kept
+
+
+def without_film(target: str) -> ArgumentError:
+    """Of bare surfaces there is nothing to write; who takes them is named."""
+    return complaint(
+        f'"{target}" writes films; there is none here (gltf, openpbr, usd and cycles take bare surfaces)',
+        "stack_or_scene",
+        "a stack with a layer or a scene with a film",
+        Words("one without"),
+    )
 
 
 def tell_kind(films: list[Film], package: Package) -> None:
