@@ -1,6 +1,6 @@
 """How long `ir.export` takes for each target, and how much it writes: a table in Markdown.
 
-usage: exchange.py [--repeats N]
+usage: exchange.py [TARGET ...] [--only SUBJECT] [--repeats N]
 
 Wall and processor seconds, imports done, tables made anew each time; medians of N repeats (default 3). A film
 is a stack of one layer over 0 to 1200 nm, a slab the same on 1 mm of glass whose back reflects without fringes, a scene
@@ -46,17 +46,20 @@ def measured(subject: str, target: str, repeats: int) -> tuple[float, float, int
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("targets", nargs="*", metavar="TARGET", help=", ".join(TARGETS))
+    parser.add_argument("--only", choices=list(SUBJECTS), metavar="SUBJECT", help="; ".join(SUBJECTS))
     parser.add_argument("--repeats", type=int, default=3)
-    repeats = parser.parse_args().repeats
-    for subject in SUBJECTS.values():  # whatever is imported late, and the film of the scene
+    options = parser.parse_args()
+    subjects = {name: subject for name, subject in SUBJECTS.items() if options.only in (None, name)}
+    for subject in subjects.values():  # whatever is imported late, and the film of the scene
         with tempfile.TemporaryDirectory() as folder:
             ir.export(subject, "gltf", folder, vary=RANGE_NM if "/" in subject else None)
-    print("| target |" + "".join(f" {name} |" for name in SUBJECTS))
-    print("|---|" + "---|" * len(SUBJECTS))
-    for target in TARGETS:
+    print("| target |" + "".join(f" {name} |" for name in subjects))
+    print("|---|" + "---|" * len(subjects))
+    for target in options.targets or TARGETS:
         cells = []
-        for subject in SUBJECTS.values():
-            wall, work, size, count = measured(subject, target, repeats)
+        for subject in subjects.values():
+            wall, work, size, count = measured(subject, target, options.repeats)
             cells.append(f" {wall:.2f} s ({work:.2f}), {size / 1000.0:.0f} kB in {count} |")
         print(f"| `{target}` |" + "".join(cells), flush=True)
 

@@ -7,10 +7,10 @@ from typing import Any
 
 
 class ArgumentError(ValueError):
-    """An argument outside what is allowed; its message is made of the parts.
+    """An argument outside what is allowed; its message is made of the parts, or a sentence of its own beside them.
 
     argument   its name
-    allowed    what is allowed, to be read after "must be"
+    allowed    what is allowed, to be read after "must be", or after "must" where a verb begins it ("have one axis")
     given      what was given, in words
     place      where in it: "at index (3, 7)", "in layer 2"; empty where there is only one place
 

@@ -113,6 +113,17 @@ CASES: list[tuple[Callable[[], Any], str, str, str, str]] = [
         "within the table's 0 to 400",
         "at index (1,)",
     ),
+    (
+        lambda: ir.fit_thickness(NM, NM, OPEN, thickness_range_nm=(5.0, 1.0)),
+        *("thickness_range_nm", "[[5.0, 1.0]]", "0 <= low < high", ""),
+    ),
+    (lambda: ir.fit_thickness(NM, NM, FILM, layer=7), "layer", "7", "1 to 1 or the name of one of the layers soap", ""),
+    (
+        lambda: ir.sweep(FILM, {"angle_deg": [1.0]}, shard=(3, 2)),
+        *("shard", "(3, 2)", "(i, n), whole numbers with 1 <= i <= n", ""),
+    ),
+    (lambda: ir.export(OPEN, "cube", 3), "path", "3", "a folder", ""),  # type: ignore[arg-type]
+    (lambda: ir.plot.spectrum(FILM, angle_deg=95.0), "angle_deg", "95.0", ">= 0 and < 90", ""),
 ]
 
 
@@ -124,6 +135,74 @@ def test_a_refusal_has_argument_value_allowed_and_place(case: tuple[Callable[[],
     error = caught.value
     assert (error.argument, error.given, error.allowed, error.place) == (argument, given, allowed, place)
     assert str(error) == f"{argument} must be {allowed}, got {given}{' ' * bool(place)}{place}"
+
+
+NM = np.linspace(450.0, 700.0, 60)
+OPEN = "air / soap ? / air"
+
+# Messages with another verb, a place before them, or a sentence of their own: what is called, words, then the parts.
+SENTENCES: list[tuple[Callable[[], Any], str, str, str, str, str]] = [
+    (
+        lambda: ir.color.convert([1.0, 2.0], "xyz", "lab"),
+        "values must have a last axis of 3, got shape (2,)",
+        *("values", "shape (2,)", "have a last axis of 3", ""),
+    ),
+    (
+        lambda: ir.merge([1, 2]),  # type: ignore[list-item]
+        "images must hold images and paths, got 1 at index 0",
+        *("images", "1", "hold images and paths", "at index 0"),
+    ),
+    (
+        lambda: ir.Stack.parse("air / soap -3 / air"),
+        "item 2 of the stack, 'soap -3': thickness_nm must be >= 0 and finite, got -3.0",
+        *("thickness_nm", "-3.0", LEAST, "in item 2 of the stack, 'soap -3'"),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, NM[:5], OPEN),
+        "wavelength_nm and measured must be of one length, got 60 and 5",
+        *("measured", "5", "as long as wavelength_nm (60)", ""),
+    ),
+    (
+        lambda: ir.Measurement("psi", NM, NM, angle_deg=0.0),
+        "psi needs angle_deg > 0: at normal incidence s and p are the same",
+        *("angle_deg", "0.0", "> 0 for psi and delta", ""),
+    ),
+    (
+        lambda: ir.map_thickness_video([], OPEN, fps=3.0),
+        "max_rate_nm_per_s and fps belong together: give both or neither",
+        *("fps", "one of the two", "given with the other, or neither", ""),
+    ),
+    (
+        lambda: ir.sweep(FILM, {"angle_deg": []}),
+        "vary['angle_deg'] is empty; give it one value at least",
+        *("vary['angle_deg']", "none", "a list of one value or more", ""),
+    ),
+    (
+        lambda: ir.plot.locus(OPEN, [300.0, 100.0]),
+        "thickness_nm must ascend, got [300.0, 100.0]",
+        *("thickness_nm", "[300.0, 100.0]", "ascending", ""),
+    ),
+    (
+        lambda: ir.ColorTable(ir.Stack(["air", "soap"])),
+        "a colour table needs a stack with a layer, got Stack(['air', 'soap'])",
+        *("stack", "Stack(['air', 'soap'])", "a stack with a layer", ""),
+    ),
+    (
+        lambda: ir.Stack(["air", ir.Layer("TiO2", 100.0), "air"]).reflectance([500.0, 100.0]),
+        'medium "TiO2" has data for 206.64-826.56 nm; wavelength_nm must be within them, got 100.0 at index (1,)',
+        *("wavelength_nm", "100.0", "within 206.64-826.56", "at index (1,)"),
+    ),
+]
+
+
+@pytest.mark.parametrize("case", SENTENCES, ids=lambda case: case[1][:40])
+def test_a_sentence_of_its_own_has_the_same_parts(case: tuple[Callable[[], Any], str, str, str, str, str]) -> None:
+    call, words, *parts = case
+    with pytest.raises(ArgumentError) as caught:
+        call()
+    error = caught.value
+    assert str(error) == words
+    assert [error.argument, error.given, error.allowed, error.place] == parts
 
 
 def test_python_and_the_core_say_the_same() -> None:
