@@ -13,8 +13,9 @@ import argparse
 import functools
 import logging
 import os
-import signal
 import statistics
+import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -103,32 +104,50 @@ def slow(stack: Any) -> Any:
     return stack.color()
 
 
+def started(address: str) -> subprocess.Popen[bytes]:
+    """A worker without Dask's nanny, which gives up where a worker dies while it starts."""
+    command = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-nanny"]
+    paths = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+    return subprocess.Popen(
+        [*command, "--no-dashboard", "--host", "127.0.0.1"],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "PYTHONPATH": paths},
+    )
+
+
 def kills(distributed: Any, wanted: int) -> None:
-    points = 4 * wanted
+    """Of three workers one is killed every 0.8 s, and another started in its place, as batch systems do."""
+    points = 8 * wanted
     vary = {NM: np.linspace(0.0, 1000.0, points)}
     with (
         tempfile.TemporaryDirectory() as folder,
-        distributed.LocalCluster(
-            n_workers=3, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=50
-        ) as cluster,
+        distributed.LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address=None, silence_logs=50) as cluster,
         distributed.Client(cluster, set_as_default=False) as client,
     ):
         done, killed = threading.Event(), 0
         rng = np.random.default_rng(1)
+        workers = [started(cluster.scheduler_address) for _ in range(3)]
+        client.wait_for_workers(3)
 
         def kill() -> None:
             nonlocal killed
-            while killed < wanted and not done.wait(0.4):
-                alive = [one.pid for one in cluster.workers.values() if one.pid]
-                if alive:
-                    os.kill(alive[int(rng.integers(len(alive)))], signal.SIGKILL)
-                    killed += 1
+            while killed < wanted and not done.wait(0.8):
+                one = int(rng.integers(len(workers)))
+                workers[one].kill()
+                workers[one].wait()
+                workers[one] = started(cluster.scheduler_address)
+                killed += 1
 
         killer = threading.Thread(target=kill)
         killer.start()
-        there = ir.sweep(SOAP, vary, quantity=slow, store=Path(folder) / "there", client=client)
-        done.set()
-        killer.join()
+        try:
+            there = ir.sweep(SOAP, vary, quantity=slow, store=Path(folder) / "there", client=client)
+        finally:
+            done.set()
+            killer.join()
+            for worker in workers:
+                worker.kill()
         ir.sweep(SOAP, vary, quantity=slow, store=Path(folder) / "here")
         files = {p.name: p.read_bytes() for p in (Path(folder) / "here" / "points").iterdir()}
         others = {p.name: p.read_bytes() for p in (Path(folder) / "there" / "points").iterdir()}

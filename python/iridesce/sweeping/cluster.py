@@ -72,6 +72,8 @@ class Cluster:
         self._looked = 0.0
         self._threads = 0
         self._told = False
+        # Contents on their way to workers, by the key of the task that holds each.
+        self._carried: dict[str, Any] = {}
         self._wait_for_workers()
         self.simd = self._level()
 
@@ -187,6 +189,9 @@ class Cluster:
                     ready.put(future)
                     continue
                 del running[future.key]
+                if isinstance(reply, _Again):
+                    waiting.appendleft((task, False))
+                    continue
                 if isinstance(reply, _Died):
                     deaths[task.number] = deaths.get(task.number, 0) + 1
                     if deaths[task.number] > _ROUNDS:
@@ -206,7 +211,7 @@ class Cluster:
                     self._client.cancel([future for _, future in running.values()], force=True)
 
     def _result(self, future: Any) -> Any:
-        """What came of a task: its answer, or `_Died`; errors that end the sweep are raised."""
+        """What came of a task: its answer, `_Died` or `_Again`; errors that end the sweep are raised."""
         distributed = _distributed()
         try:
             return future.result(timeout=_ANSWER_S)
@@ -218,7 +223,11 @@ class Cluster:
             raise ValueError(f"a worker cannot load what it was sent: {error}") from None
         except CannotWrite as error:
             raise OSError(*error.args) from None
-        except distributed.KilledWorker:
+        except distributed.KilledWorker as error:
+            if error.task != future.key:
+                # What was blamed is a content that all points need: whichever worker held it died. No point's fault.
+                self._carry_again(error.task)
+                return _Again()
             return _Died("out of memory, or stopped from outside")
         except ModuleNotFoundError as error:
             package = (error.name or "").split(".")[0]
@@ -244,7 +253,16 @@ class Cluster:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Sending large graph")
             future = self._submitted(carry, value, key=key)
-        yield future
+        self._carried[key] = future
+        try:
+            yield future
+        finally:
+            self._carried.pop(key, None)
+
+    def _carry_again(self, key: str) -> None:
+        future = self._carried.get(key)
+        if future is not None and future.status == "error":
+            self._client.retry([future])
 
     def _look(self, now: bool = False) -> None:
         """Every other second: is the scheduler there, and how many threads do workers have?"""
@@ -294,6 +312,10 @@ class _Died(Exception):
     def __init__(self, words: str) -> None:
         super().__init__(words)
         self.words = words
+
+
+class _Again(Exception):
+    """A task that was taken away with what it needed."""
 
 
 class _NotYet(Exception):
