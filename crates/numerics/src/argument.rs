@@ -83,18 +83,27 @@ impl fmt::Display for Argument {
 
 impl std::error::Error for Argument {}
 
+/// Whether a letter is not seen itself, but turns the writing of others round or makes words look alike.
+fn is_unseen(letter: char) -> bool {
+    matches!(letter, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
+}
+
 /// A text of unknown origin as part of a message: control characters escaped (a terminal would obey them), and no more
 /// than 200 characters.
 ///
 /// ```
-/// assert_eq!(iridesce_numerics::shown("a\u{1b}[2Jb"), "a\\u{1b}[2Jb");
+/// assert_eq!(iridesce_numerics::shown("a\u{1b}[2Jb\u{202e}"), "a\\u{1b}[2Jb\\u{202e}");
 /// assert_eq!(iridesce_numerics::shown(&"x".repeat(300)).len(), 200);
 /// ```
 pub fn shown(text: &str) -> String {
     let mut shown = String::with_capacity(text.len().min(MOST_GIVEN));
     let mut count = 0;
     for letter in text.chars() {
-        let escaped = if letter.is_control() { letter.escape_default().to_string() } else { letter.to_string() };
+        let escaped = if letter.is_control() || is_unseen(letter) {
+            letter.escape_default().to_string()
+        } else {
+            letter.to_string()
+        };
         count += escaped.chars().count();
         if count > MOST_GIVEN {
             let keep = shown.char_indices().nth(MOST_GIVEN - 3).map_or(shown.len(), |(place, _)| place);

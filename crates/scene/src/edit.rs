@@ -4,7 +4,7 @@ use crate::error::SceneError;
 use crate::model::Scene;
 use crate::reader::{join, suggestion};
 use crate::schema::KINDS;
-use crate::tree::{Node, Value, quoted};
+use crate::tree::{MAX_DEPTH, Node, Value, quoted};
 
 /// Whether a table that is given `key` must lose its entry `other`: of the keys of which a kind takes one, setting one
 /// removes the others.
@@ -37,6 +37,14 @@ fn set(tree: &mut Node, path: &str, value: Node) -> Result<(), SceneError> {
             quoted(path)
         ))
         .at(path, None));
+    }
+    // A tree that deep could not even be taken down again: whatever walks it calls itself.
+    if keys.len() > MAX_DEPTH {
+        return Err(SceneError::new(format!(
+            "{} is no path into a scene: it has {} keys, and nothing is nested deeper than {MAX_DEPTH} levels",
+            quoted(path),
+            keys.len()
+        )));
     }
     let mut node = tree;
     let mut done = String::new();

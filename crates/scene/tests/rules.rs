@@ -251,6 +251,13 @@ fn paths_that_lead_nowhere_suggest_where_to_go() {
 // --- hostile texts
 
 #[test]
+fn paths_without_end_are_refused() {
+    let error = set("a.".repeat(93_000).trim_end_matches('.'), 1.0).unwrap_err();
+    assert!(error.message.contains("it has 93000 keys"), "{}", error.message);
+    assert!(error.message.len() < 300);
+}
+
+#[test]
 fn nesting_without_end_is_refused() {
     let n = 200_000;
     for text in [

@@ -28,6 +28,16 @@ def optional_text(name: str, value: object) -> str | None:
     return None if value is None else text(name, value)
 
 
+def shown(given: str, most: int = 60) -> str:
+    """A text of unknown origin as part of a message: what a terminal would obey is escaped, and the rest cut.
+
+    >>> shown("a\\x1b[2Jb"), shown("x" * 99, most=5)
+    ('a\\\\x1b[2Jb', 'xxxxx...')
+    """
+    cut = given[:most] + ("..." if len(given) > most else "")
+    return "".join(x if x.isprintable() else x.encode("unicode_escape").decode("ascii") for x in cut)
+
+
 def one_of(name: str, value: object, allowed: Sequence[str]) -> str:
     """``value`` where it is one of the words, else a ``ValueError`` that lists them."""
     if isinstance(value, str) and value in allowed:

@@ -51,6 +51,7 @@ def exposure_in_stops(text: str) -> float | str:
 
 def assignment(text: str) -> tuple[str, Any]:
     """``KEY=VALUE``, the value written as in a scene file; what is no TOML value is taken as a string."""
+    from iridesce.arguments.scalars import shown
     from iridesce.files.trees import NotATree, from_toml
 
     key, equals, value = text.partition("=")
@@ -58,12 +59,12 @@ def assignment(text: str) -> tuple[str, Any]:
     if not equals or not key:
         raise typer.BadParameter(f"wanted KEY=VALUE, got {text!r:.80}", param_hint="--set")
     try:
-        tree = from_toml(f"value = {value}", f"--set {key}")
+        tree = from_toml(f"value = {value}", f"--set {shown(key)}")
     except NotATree:
         return key, value.strip()
     if len(tree) > 1:
         # A second line would be another key, and would be dropped.
-        raise typer.BadParameter(f"wanted one KEY=VALUE, got more after the value of {key}", param_hint="--set")
+        raise typer.BadParameter(f"wanted one KEY=VALUE, got more after the value of {shown(key)}", param_hint="--set")
     return key, tree["value"]
 
 

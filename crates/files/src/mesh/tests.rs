@@ -172,6 +172,20 @@ fn what_a_file_gets_wrong_is_named() {
 
 /// Every mutation of small seeds is refused in words or read; none may panic, hang or take memory.
 #[test]
+fn what_the_library_would_panic_at_is_named() {
+    let bytes = gltf("", 12);
+    for (from, to, words) in [
+        ("\"POSITION\":0", "\"POSITION\":7", "asks for accessor 7, and there are"),
+        ("\"componentType\":5123", "\"componentType\":5122", "its indices are no whole numbers"),
+    ] {
+        let changed = bytes.replace(from, to);
+        assert_ne!(changed, bytes, "{from}");
+        let told = decode(changed.as_bytes(), MeshFormat::Gltf).unwrap_err();
+        assert!(told.contains(words), "{told}");
+    }
+}
+
+#[test]
 fn torn_and_mutated_files_are_refused_in_words() {
     let seeds = [
         (obj().into_bytes(), MeshFormat::Obj),

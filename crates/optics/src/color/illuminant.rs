@@ -2,6 +2,8 @@
 
 use std::sync::{Arc, OnceLock};
 
+use iridesce_numerics::shown;
+
 use super::observer::{FIRST_NM, LAST_NM, Observer};
 use super::table::parse_csv;
 use crate::OpticsError;
@@ -139,18 +141,20 @@ impl Illuminant {
     /// A lamp of lines only: (vacuum wavelength in nm within 360..830, relative power > 0).
     pub fn from_lines(name: &str, lines: &[(f64, f64)]) -> Result<Illuminant, OpticsError> {
         if lines.is_empty() {
-            return Err(OpticsError::Argument(format!("illuminant {name:?} needs one line at least")));
+            return Err(OpticsError::Argument(format!("illuminant \"{}\" needs one line at least", shown(name))));
         }
         for (place, &(nm, power)) in lines.iter().enumerate() {
             if !(FIRST_NM..=LAST_NM).contains(&nm) {
                 return Err(OpticsError::Argument(format!(
-                    "illuminant {name:?}: lines must lie within {FIRST_NM}..{LAST_NM} nm, got {nm} (line {})",
+                    "illuminant \"{}\": lines must lie within {FIRST_NM}..{LAST_NM} nm, got {nm} (line {})",
+                    shown(name),
                     place + 1
                 )));
             }
             if !(power > 0.0 && power.is_finite()) {
                 return Err(OpticsError::Argument(format!(
-                    "illuminant {name:?}: a line's power must be > 0 and finite, got {power} (line {})",
+                    "illuminant \"{}\": a line's power must be > 0 and finite, got {power} (line {})",
+                    shown(name),
                     place + 1
                 )));
             }
@@ -236,11 +240,9 @@ fn cie_tables() -> &'static [(String, Arc<Table>)] {
 }
 
 fn number(whole: &str, text: &str) -> Result<f64, OpticsError> {
-    text.trim()
-        .parse::<f64>()
-        .ok()
-        .filter(|v| v.is_finite())
-        .ok_or_else(|| OpticsError::Argument(format!("illuminant {whole:?}: {text:?} is not a finite number")))
+    text.trim().parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| {
+        OpticsError::Argument(format!("illuminant \"{}\": \"{}\" is not a finite number", shown(whole), shown(text)))
+    })
 }
 
 fn lines(whole: &str, text: &str) -> Result<Vec<(f64, f64)>, OpticsError> {
@@ -254,12 +256,12 @@ fn lines(whole: &str, text: &str) -> Result<Vec<(f64, f64)>, OpticsError> {
 
 fn unknown(name: &str) -> OpticsError {
     // A name of thousands of letters would bury what is allowed.
-    let shown = match name.char_indices().nth(60) {
+    let named = match name.char_indices().nth(60) {
         Some((end, _)) => format!("{:?}...", &name[..end]),
         None => format!("{name:?}"),
     };
     OpticsError::Unknown(format!(
-        "unknown illuminant {shown}; known: {}, blackbody:T, daylight:CCT, lines:NM*POWER,..., laser:NM, or a CSV file",
+        "unknown illuminant {named}; known: {}, blackbody:T, daylight:CCT, lines:NM*POWER,..., laser:NM, or a CSV file",
         illuminant_names().collect::<Vec<_>>().join(" ")
     ))
 }
