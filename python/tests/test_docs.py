@@ -185,6 +185,19 @@ def test_the_readme_names_every_verb_and_scene() -> None:
     assert [name for name in scene_names() if name not in gallery] == []
 
 
+def test_every_test_that_the_page_of_faults_names_is_there() -> None:
+    text = (ROOT / "docs" / "evidence" / "faults.md").read_text()
+    rows = [
+        line for line in text.splitlines() if line.startswith("| ") and not line.startswith(("| input", "| what |"))
+    ]
+    for row in rows:
+        named = re.findall(r"`([\w/]+\.(?:py|rs))::(\w+)`", row)
+        assert named, f"no test: {row}"
+        for file, test in named:
+            source = ROOT / ("crates" if file.endswith(".rs") else "python/tests") / file
+            assert re.search(rf"\b(def|fn) {test}\(", source.read_text()), f"{file} has no {test}"
+
+
 def test_references_are_whole() -> None:
     text = (ROOT / "docs" / "reference" / "references.bib").read_text()
     keys = re.findall(r"^@\w+\{(\w+),", text, flags=re.M)

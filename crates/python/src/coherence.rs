@@ -6,11 +6,11 @@ use iridesce::optics::color::fringe_parts;
 use iridesce::optics::stack::graded;
 use iridesce::optics::stack::sweep::Power;
 use iridesce::optics::{Complex64, Polarization, film};
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
 
 use crate::error::Result;
-use crate::interrupt::{Long, beside};
+use crate::interrupt::{Long, beside, fill};
 use crate::medium::Medium;
 use crate::stacks::Elements;
 
@@ -83,7 +83,7 @@ fn stack_mueller<'py>(
         angle_deg: angle_deg.as_slice()?,
     };
     let mut nothing = vec![(); elements.wavelength_nm.len()];
-    elements.fill(py, [16, 1], out.as_slice_mut()?, &mut nothing, |at, row, _| {
+    elements.fill(py, [16, 1], out.as_slice_mut()?, &mut nothing, |at, row, _, _| {
         let found = mueller(at.indices, at.thickness_nm, &coherent, at.wavelength_nm, at.incidence, direction)?;
         row.copy_from_slice(found.matrix().as_flattened());
         Ok(())
@@ -98,10 +98,11 @@ fn two_beam_purity<'py>(
     shape: Vec<usize>,
 ) -> Result<Bound<'py, PyArray1<f64>>> {
     let (rows, _) = n.as_slice()?.as_chunks::<3>();
-    let one = |(element, n): (usize, &[f64; 3])| {
-        film::two_beam_purity(*n).map_err(|error| error.at(&index_place(element, &shape)).into())
-    };
-    Ok(rows.iter().enumerate().map(one).collect::<Result<Vec<_>>>()?.into_pyarray(py))
+    let made = PyArray1::zeros(py, rows.len(), false);
+    fill(py, made.readwrite().as_slice_mut()?, |element| {
+        film::two_beam_purity(rows[element]).map_err(|error| error.at(&index_place(element, &shape)))
+    })?;
+    Ok(made)
 }
 
 /// How many equal slices a graded layer needs; `index_at` takes the depth as a share of the thickness and gives the index at

@@ -1,5 +1,6 @@
 //! Bindings of the color stage. Arrays arrive as flat rows of three, checked and broadcast by the Python module.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use iridesce::files::read_lamp;
@@ -17,7 +18,7 @@ use pyo3::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::files::{PyReport, plain};
-use crate::interrupt::{Long, beside};
+use crate::interrupt::{Long, beside, fill};
 use crate::medium::Medium;
 
 /// Longest time between two looks at Ctrl-C.
@@ -46,19 +47,32 @@ type Answer<T> = std::result::Result<T, OpticsError>;
 
 type Rows<'py> = Bound<'py, PyArray2<f64>>;
 
-/// Rows of three, copied out so that the interpreter may be released.
-fn triples(values: &PyReadonlyArray2<'_, f64>) -> Result<Vec<[f64; 3]>> {
-    let flat = values.as_slice()?;
-    let (rows, rest) = flat.as_chunks::<3>();
+/// Rows of three.
+fn triples<'a>(values: &'a PyReadonlyArray2<'_, f64>) -> Result<&'a [[f64; 3]]> {
+    let (rows, rest) = values.as_slice()?.as_chunks::<3>();
     if !rest.is_empty() {
         return Err(Error::value("rows of three values are needed"));
     }
-    Ok(rows.to_vec())
+    Ok(rows)
 }
 
-fn rows<'py>(py: Python<'py>, values: Vec<[f64; 3]>) -> Result<Rows<'py>> {
-    let count = values.len();
-    Ok(values.into_flattened().into_pyarray(py).reshape([count, 3])?)
+/// A function of so many places, as rows of three.
+fn rows<'py, E: Send>(
+    py: Python<'py>,
+    count: usize,
+    function: impl Fn(usize) -> std::result::Result<[f64; 3], E> + Sync,
+) -> Result<Rows<'py>>
+where
+    Error: From<E>,
+{
+    let made = PyArray2::zeros(py, [count, 3], false);
+    fill(py, made.readwrite().as_slice_mut()?.as_chunks_mut::<3>().0, function)?;
+    Ok(made)
+}
+
+/// The same of functions that always answer.
+fn sure<T>(value: T) -> Result<T> {
+    Ok(value)
 }
 
 /// A light source.
@@ -96,8 +110,10 @@ impl Illuminant {
         py: Python<'py>,
         wavelength_nm: PyReadonlyArray1<'py, f64>,
     ) -> Result<Bound<'py, PyArray1<f64>>> {
-        let power: Vec<f64> = wavelength_nm.as_slice()?.iter().map(|&nm| self.inner.power(nm)).collect();
-        Ok(power.into_pyarray(py))
+        let nm = wavelength_nm.as_slice()?;
+        let power = PyArray1::zeros(py, nm.len(), false);
+        fill(py, power.readwrite().as_slice_mut()?, |place| sure(self.inner.power(nm[place])))?;
+        Ok(power)
     }
 
     fn white(&self, observer: &str) -> Result<[f64; 3]> {
@@ -118,7 +134,8 @@ fn color_matching<'py>(
     observer: &str,
 ) -> Result<Rows<'py>> {
     let observer = Observer::named(observer)?;
-    rows(py, wavelength_nm.as_slice()?.iter().map(|&nm| observer.at(nm)).collect())
+    let nm = wavelength_nm.as_slice()?;
+    rows(py, nm.len(), |place| sure(observer.at(nm[place])))
 }
 
 #[pyfunction]
@@ -132,9 +149,9 @@ fn spectrum_to_xyz<'py>(
     let grid = Grid::through(wavelength_nm.as_slice()?)?;
     let observer = Observer::named(observer)?;
     let weights = Weights::new(&grid, &illuminant.inner, observer)?;
-    let spectra = values.as_slice()?.chunks_exact(grid.count);
-    let xyz: Answer<Vec<_>> = spectra.map(|spectrum| weights.sum(&grid, spectrum)).collect();
-    rows(py, xyz?)
+    let spectra = values.as_slice()?;
+    let spectrum = |place: usize| &spectra[place * grid.count..][..grid.count];
+    rows(py, spectra.len() / grid.count, |place| weights.sum(&grid, spectrum(place)))
 }
 
 #[pyfunction]
@@ -148,8 +165,8 @@ fn convert_color<'py>(
 ) -> Result<Rows<'py>> {
     let space = Space::named;
     let (from, to, adaptation) = (space(from_space)?, space(to_space)?, Adaptation::named(adaptation)?);
-    let one = |v: [f64; 3]| to.from_xyz(from.to_xyz(v, white, adaptation), white, adaptation);
-    rows(py, triples(&values)?.into_iter().map(one).collect())
+    let values = triples(&values)?;
+    rows(py, values.len(), |place| sure(to.from_xyz(from.to_xyz(values[place], white, adaptation), white, adaptation)))
 }
 
 #[pyfunction]
@@ -164,8 +181,9 @@ fn delta_e<'py>(
     lab_b: PyReadonlyArray2<'py, f64>,
 ) -> Result<Bound<'py, PyArray1<f64>>> {
     let (a, b) = (triples(&lab_a)?, triples(&lab_b)?);
-    let differences: Vec<f64> = a.into_iter().zip(b).map(|(a, b)| color::ciede2000(a, b)).collect();
-    Ok(differences.into_pyarray(py))
+    let differences = PyArray1::zeros(py, a.len().min(b.len()), false);
+    fill(py, differences.readwrite().as_slice_mut()?, |place| sure(color::ciede2000(a[place], b[place])))?;
+    Ok(differences)
 }
 
 /// Maps colours of an RGB space (encoded where the space is) into its gamut; the number that were outside.
@@ -181,14 +199,14 @@ fn map_gamut<'py>(
     let Some(gamut) = Gamut::new(space, mapping) else {
         return Err(Error::value(format!("a gamut mapping needs an RGB space, got {:?}", space.name())));
     };
-    let mut values = triples(&values)?;
-    let mut outside = 0;
-    for value in &mut values {
-        let out;
-        (*value, out) = gamut.map_encoded(space, *value);
-        outside += u64::from(out);
-    }
-    Ok((rows(py, values)?, outside))
+    let values = triples(&values)?;
+    let outside = AtomicU64::new(0);
+    let mapped = rows(py, values.len(), |place| {
+        let (value, out) = gamut.map_encoded(space, values[place]);
+        outside.fetch_add(u64::from(out), Ordering::Relaxed);
+        sure(value)
+    })?;
+    Ok((mapped, outside.into_inner()))
 }
 
 /// Colours of a stack: `thickness_nm` (points, layers), `angle_deg` (points), into `out` (points, 3). Returns the names of
@@ -296,10 +314,11 @@ fn dias1991<'py>(
     };
     let (indices, _) = indices.as_slice()?.as_chunks::<3>();
     let film = Dias1991::new(indices, table, matrix)?;
-    let points = thickness_nm.as_slice()?.iter().zip(angle_deg.as_slice()?);
-    let colors: Answer<Vec<_>> = points.map(|(&t, &a)| film.color(t, a)).collect();
-    let (xyz, rgb) = colors?.into_iter().unzip();
-    Ok((rows(py, xyz)?, rows(py, rgb)?))
+    let (thickness_nm, angle_deg) = (thickness_nm.as_slice()?, angle_deg.as_slice()?);
+    let count = thickness_nm.len().min(angle_deg.len());
+    let mut both = vec![([0.0; 3], [0.0; 3]); count];
+    fill(py, &mut both, |place| film.color(thickness_nm[place], angle_deg[place]))?;
+    Ok((rows(py, count, |place| sure(both[place].0))?, rows(py, count, |place| sure(both[place].1))?))
 }
 
 #[derive(FromPyObject)]

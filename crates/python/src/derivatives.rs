@@ -1,12 +1,14 @@
 //! Bindings of the derivatives of stacks and colours.
 
+use iridesce::numerics::Watch;
 use iridesce::optics::color::{Adaptation, Space};
 use iridesce::optics::stack::{self, Derivatives};
 use iridesce::optics::{Complex64, OpticsError, Polarization};
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
+use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::interrupt::fill;
 use crate::stacks::{Element, Elements};
 
 /// Adds these names to `_core`.
@@ -47,36 +49,37 @@ fn stack_derivatives<'py>(
     };
     let width = if ellipsometry { 2 } else { 1 };
     let flags = coherent.as_slice();
-    let solve = |at: &Element<'_>, values: &mut [f64], rows: &mut [f64]| -> std::result::Result<(), OpticsError> {
-        let Element { indices, thickness_nm, wavelength_nm, incidence } = *at;
-        let [first, second] = if ellipsometry {
-            stack::ellipsometry_derivatives(indices, thickness_nm, wavelength_nm, incidence)?
-        } else {
-            stack::power_derivatives(indices, thickness_nm, flags, wavelength_nm, incidence, polarization)?
+    let solve =
+        |at: &Element<'_>, values: &mut [f64], rows: &mut [f64], _: &Watch| -> std::result::Result<(), OpticsError> {
+            values.fill(0.0);
+            rows.fill(0.0);
+            let Element { indices, thickness_nm, wavelength_nm, incidence } = *at;
+            let [first, second] = if ellipsometry {
+                stack::ellipsometry_derivatives(indices, thickness_nm, wavelength_nm, incidence)?
+            } else {
+                stack::power_derivatives(indices, thickness_nm, flags, wavelength_nm, incidence, polarization)?
+            };
+            let mut write = |place: usize, derivatives: &Derivatives, factor: f64| {
+                values[place] += factor * derivatives.value;
+                for (slot, value) in rows[place * parameters..][..parameters].iter_mut().zip(derivatives.row()) {
+                    *slot += factor * value;
+                }
+            };
+            match quantity {
+                "transmittance" => write(0, &second, 1.0),
+                "absorptance" => {
+                    write(0, &first, -1.0);
+                    write(0, &second, -1.0);
+                    values[0] += 1.0;
+                }
+                "ellipsometry" => {
+                    write(0, &first, 1.0);
+                    write(1, &second, 1.0);
+                }
+                _ => write(0, &first, 1.0),
+            }
+            Ok(())
         };
-        let mut write = |place: usize, derivatives: &Derivatives, factor: f64| {
-            values[place] += factor * derivatives.value;
-            for (slot, value) in rows[place * parameters..][..parameters].iter_mut().zip(derivatives.row()) {
-                *slot += factor * value;
-            }
-        };
-        match quantity {
-            "transmittance" => write(0, &second, 1.0),
-            "absorptance" => {
-                write(0, &first, -1.0);
-                write(0, &second, -1.0);
-                values[0] += 1.0;
-            }
-            "ellipsometry" => {
-                write(0, &first, 1.0);
-                write(1, &second, 1.0);
-            }
-            _ => write(0, &first, 1.0),
-        }
-        Ok(())
-    };
-    values.as_slice_mut()?.fill(0.0);
-    rows.as_slice_mut()?.fill(0.0);
     elements.fill(py, [width, width * parameters], values.as_slice_mut()?, rows.as_slice_mut()?, solve)
 }
 
@@ -92,9 +95,11 @@ fn color_jacobian<'py>(
     let space = Space::named(space)?;
     let adaptation = Adaptation::named(adaptation)?;
     let (rows, _) = xyz.as_slice()?.as_chunks::<3>();
-    let flat: Vec<f64> = rows
-        .iter()
-        .flat_map(|xyz| space.jacobian(*xyz, white, adaptation).unwrap_or([[f64::NAN; 3]; 3]).into_iter().flatten())
-        .collect();
-    Ok(flat.into_pyarray(py).reshape([rows.len(), 9])?)
+    let made = PyArray2::zeros(py, [rows.len(), 9], false);
+    fill(py, made.readwrite().as_slice_mut()?.as_chunks_mut::<9>().0, |place| {
+        let jacobian = space.jacobian(rows[place], white, adaptation).unwrap_or([[f64::NAN; 3]; 3]);
+        let [[a, b, c], [d, e, f], [g, h, i]] = jacobian;
+        Ok::<_, Error>([a, b, c, d, e, f, g, h, i])
+    })?;
+    Ok(made)
 }

@@ -8,6 +8,9 @@ use pyo3::prelude::*;
 use crate::error::Result;
 use crate::stacks::Elements;
 
+/// Depths between two looks for Ctrl-C: some milliseconds.
+const LOOK: usize = 1 << 14;
+
 /// Adds these names to `_core`.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(stack_layer_airy, module)?)?;
@@ -37,7 +40,7 @@ fn stack_layer_airy<'py>(
         angle_deg: angle_deg.as_slice()?,
     };
     let mut nothing = vec![(); elements.wavelength_nm.len()];
-    elements.fill(py, [6, 1], out.as_slice_mut()?, &mut nothing, |at, row, _| {
+    elements.fill(py, [6, 1], out.as_slice_mut()?, &mut nothing, |at, row, _, _| {
         let airy = stack::layer_airy(at.indices, at.thickness_nm, at.wavelength_nm, at.incidence, polarization, layer)?;
         let passed = Complex64::new(airy.passed, 0.0);
         let values = [airy.r_above, airy.t_above_squared, airy.r_inside, airy.r_below, passed, airy.kz];
@@ -75,13 +78,18 @@ fn stack_fields<'py>(
         return Ok(());
     }
     let widths = [6 * depths.len(), 2 * depths.len()];
-    elements.fill(py, widths, fields.as_slice_mut()?, power.as_slice_mut()?, |at, fields, power| {
+    elements.fill(py, widths, fields.as_slice_mut()?, power.as_slice_mut()?, |at, fields, power, watch| {
         let made = Fields::new(at.indices, at.thickness_nm, at.wavelength_nm, at.incidence, polarization)?;
-        for (i, depth) in depths.iter().enumerate() {
+        let rows = fields.chunks_exact_mut(6).zip(power.chunks_exact_mut(2));
+        for (i, (depth, (field, power))) in depths.iter().zip(rows).enumerate() {
+            // One element may have more depths than fit into the time of a Ctrl-C.
+            if i % LOOK == 0 && watch.is_stopped() {
+                break;
+            }
             let here = made.at(*depth);
-            fields[6 * i..][..3].copy_from_slice(&here.electric);
-            fields[6 * i + 3..][..3].copy_from_slice(&here.magnetic);
-            power[2 * i..][..2].copy_from_slice(&[here.flux, here.absorbed_per_nm]);
+            field[..3].copy_from_slice(&here.electric);
+            field[3..].copy_from_slice(&here.magnetic);
+            power.copy_from_slice(&[here.flux, here.absorbed_per_nm]);
         }
         Ok(())
     })

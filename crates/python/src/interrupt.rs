@@ -9,12 +9,19 @@ use std::time::Duration;
 
 use iridesce::numerics::{Progress, Watch, simd};
 use pyo3::prelude::*;
+use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::pool::Lease;
 
 /// How often a waiting caller looks for Ctrl-C and tells of progress.
 const POLL: Duration = Duration::from_millis(30);
+
+/// Elements that are not worth another thread, at a microsecond each.
+const SHORT: usize = 1 << 10;
+
+/// Elements between two looks at whether to stop: some milliseconds.
+const CHUNK: usize = 1 << 13;
 
 /// How a long call is to be run.
 #[derive(Default)]
@@ -94,6 +101,30 @@ pub fn beside<T: Send>(py: Python<'_>, how: Long, work: impl FnOnce(&Watch) -> T
     })?;
     tell(py)?;
     Ok(outcome)
+}
+
+/// Fills `out` with a function of every place, on all cores and without the interpreter lock, and hears Ctrl-C: arrays may have any
+/// length. The error is that of the first place that has one.
+pub fn fill<T: Send, E: Send>(
+    py: Python<'_>,
+    out: &mut [T],
+    function: impl Fn(usize) -> std::result::Result<T, E> + Sync,
+) -> Result<()>
+where
+    Error: From<E>,
+{
+    let run = |first: usize, part: &mut [T]| {
+        part.iter_mut().enumerate().try_for_each(|(i, slot)| function(first + i).map(|value| *slot = value))
+    };
+    if out.len() <= SHORT {
+        return Ok(released(py, || run(0, out))?);
+    }
+    let wrong = beside(py, Long::default(), |watch| {
+        out.par_chunks_mut(CHUNK)
+            .enumerate()
+            .find_map_first(|(number, part)| if watch.is_stopped() { None } else { run(number * CHUNK, part).err() })
+    })?;
+    wrong.map_or(Ok(()), |error| Err(error.into()))
 }
 
 /// Takes a lock that another Python thread may hold for long, as the interpreter's is not held meanwhile and Ctrl-C is heard.

@@ -1,17 +1,16 @@
 //! Bindings of the medium stage.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use iridesce::files::read_medium;
 use iridesce::numerics::index_place;
 use iridesce::optics::{Beyond, Complex64, Medium as Inner, OpticsError, medium};
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::files::{PyReport, plain};
-use crate::interrupt::{Long, beside, released};
-
-/// Wavelengths between two looks at whether Ctrl-C was pressed: some milliseconds of the slowest formula.
-const CHUNK: usize = 1 << 15;
+use crate::interrupt::{Long, beside, fill};
 
 /// A medium: complex refractive index against vacuum wavelength.
 #[pyclass(frozen, module = "iridesce._core")]
@@ -102,11 +101,14 @@ impl Medium {
         shape: Vec<usize>,
     ) -> Result<Bound<'py, PyArray1<Complex64>>> {
         let beyond = if hold { Beyond::Hold } else { Beyond::Refuse };
-        let indices = each(py, &wavelength_nm, |flat, nm| {
+        let values = wavelength_nm.as_slice()?;
+        let indices = PyArray1::zeros(py, values.len(), false);
+        fill(py, indices.readwrite().as_slice_mut()?, |flat| {
             // The place is spelt out only for the one wavelength that is refused.
+            let nm = values[flat];
             self.inner.index(nm, beyond).or_else(|_| self.inner.index_at(nm, beyond, &index_place(flat, &shape)))
         })?;
-        Ok(indices.into_pyarray(py))
+        Ok(indices)
     }
 
     /// Complex index at each wavelength as colour sums take it, and whether a stated extension was used.
@@ -115,36 +117,18 @@ impl Medium {
         py: Python<'py>,
         wavelength_nm: PyReadonlyArray1<'py, f64>,
     ) -> Result<(Bound<'py, PyArray1<Complex64>>, bool)> {
-        let pairs = each(py, &wavelength_nm, |_, nm| self.inner.index_extended(nm))?;
-        let extended = pairs.iter().any(|&(_, extended)| extended);
-        Ok((pairs.into_iter().map(|(index, _)| index).collect::<Vec<_>>().into_pyarray(py), extended))
-    }
-}
-
-/// `function` of every element with its place.
-fn each<T: Send>(
-    py: Python<'_>,
-    values: &PyReadonlyArray1<'_, f64>,
-    function: impl Fn(usize, f64) -> std::result::Result<T, OpticsError> + Sync,
-) -> Result<Vec<T>> {
-    let values = values.as_slice()?;
-    let run = |first: usize, chunk: &[f64]| -> std::result::Result<Vec<T>, OpticsError> {
-        chunk.iter().enumerate().map(|(i, value)| function(first + i, *value)).collect()
-    };
-    if values.len() <= CHUNK / 32 {
-        return Ok(released(py, || run(0, values))?);
-    }
-    let found = beside(py, Long::threads(Some(1)), |watch| {
-        let mut results = Vec::with_capacity(values.len());
-        for (number, chunk) in values.chunks(CHUNK).enumerate() {
-            if watch.is_stopped() {
-                break;
+        let values = wavelength_nm.as_slice()?;
+        let indices = PyArray1::zeros(py, values.len(), false);
+        let extended = AtomicBool::new(false);
+        fill(py, indices.readwrite().as_slice_mut()?, |flat| {
+            let (index, beyond) = self.inner.index_extended(values[flat])?;
+            if beyond {
+                extended.store(true, Ordering::Relaxed);
             }
-            results.extend(run(number * CHUNK, chunk)?);
-        }
-        Ok::<_, OpticsError>(results)
-    })?;
-    Ok(found?)
+            Ok::<_, OpticsError>(index)
+        })?;
+        Ok((indices, extended.into_inner()))
+    }
 }
 
 fn wrap(made: std::result::Result<Inner, OpticsError>) -> Result<Medium> {

@@ -1,5 +1,6 @@
 //! Many stacks of one build, in full size: row `i` of every array belongs to element `i`.
 
+use iridesce::numerics::Watch;
 use iridesce::optics::incidence::Incidence;
 use iridesce::optics::stack;
 use iridesce::optics::{Complex64, OpticsError};
@@ -61,23 +62,23 @@ impl<'a> Elements<'a> {
         widths: [usize; 2],
         first: &mut [A],
         second: &mut [B],
-        each: impl Fn(&Element<'a>, &mut [A], &mut [B]) -> std::result::Result<(), OpticsError> + Sync,
+        each: impl Fn(&Element<'a>, &mut [A], &mut [B], &Watch) -> std::result::Result<(), OpticsError> + Sync,
     ) -> Result<()> {
         self.check()?;
         let count = self.wavelength_nm.len();
         if first.len() != count * widths[0] || second.len() != count * widths[1] {
             return Err(Error::value("the output does not have the shape of the result"));
         }
-        let run = |start: usize, first: &mut [A], second: &mut [B]| {
+        let run = |start: usize, first: &mut [A], second: &mut [B], watch: &Watch| {
             let rows = first.chunks_exact_mut(widths[0]).zip(second.chunks_exact_mut(widths[1])).enumerate();
             for (i, (a, b)) in rows {
-                each(&self.at(start + i)?, a, b)?;
+                each(&self.at(start + i)?, a, b, watch)?;
             }
             Ok(())
         };
         let work = self.coherent.len() + widths[0] + widths[1];
         if count * work <= SHORT {
-            return Ok(released(py, || run(0, first, second))?);
+            return Ok(released(py, || run(0, first, second, &Watch::new()))?);
         }
         let task = (SHORT / work).max(1);
         let done: std::result::Result<(), OpticsError> = beside(py, Long::default(), |watch| {
@@ -85,7 +86,9 @@ impl<'a> Elements<'a> {
                 .par_chunks_mut(task * widths[0])
                 .zip(second.par_chunks_mut(task * widths[1]))
                 .enumerate()
-                .try_for_each(|(number, (a, b))| if watch.is_stopped() { Ok(()) } else { run(number * task, a, b) })
+                .try_for_each(
+                    |(number, (a, b))| if watch.is_stopped() { Ok(()) } else { run(number * task, a, b, watch) },
+                )
         })?;
         Ok(done?)
     }

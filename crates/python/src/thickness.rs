@@ -13,7 +13,7 @@ use pyo3::types::PyBytes;
 
 use crate::error::{Error, Result};
 use crate::files::{PyReport, plain};
-use crate::interrupt::{Long, beside};
+use crate::interrupt::{Long, beside, fill};
 
 /// A thickness model.
 #[pyclass(frozen, module = "iridesce._core")]
@@ -52,12 +52,11 @@ impl Thickness {
 
     fn at_height<'py>(&self, py: Python<'py>, s: PyReadonlyArray1<'py, f64>) -> Result<Bound<'py, PyArray1<f64>>> {
         let s = s.as_slice()?;
-        let values: Vec<f64> = match &self.inner {
-            ThicknessModel::Uniform { thickness_nm } => vec![*thickness_nm; s.len()],
-            ThicknessModel::Gradient(gradient) => s.iter().map(|&s| gradient.at_height(s)).collect(),
-            _ => return Err(does_not_follow("height")),
-        };
-        Ok(values.into_pyarray(py))
+        match &self.inner {
+            ThicknessModel::Uniform { thickness_nm } => filled(py, s.len(), |_| *thickness_nm),
+            ThicknessModel::Gradient(gradient) => filled(py, s.len(), |place| gradient.at_height(s[place])),
+            _ => Err(does_not_follow("height")),
+        }
     }
 
     fn at_point<'py>(&self, py: Python<'py>, points: PyReadonlyArray2<'py, f64>) -> Result<Bound<'py, PyArray1<f64>>> {
@@ -65,12 +64,11 @@ impl Thickness {
         if !rest.is_empty() {
             return Err(Error::value("points must have three coordinates"));
         }
-        let values: Vec<f64> = match &self.inner {
-            ThicknessModel::Uniform { thickness_nm } => vec![*thickness_nm; points.len()],
-            ThicknessModel::Wedge(wedge) => points.iter().map(|&point| wedge.at_point(point)).collect(),
-            _ => return Err(does_not_follow("points")),
-        };
-        Ok(values.into_pyarray(py))
+        match &self.inner {
+            ThicknessModel::Uniform { thickness_nm } => filled(py, points.len(), |_| *thickness_nm),
+            ThicknessModel::Wedge(wedge) => filled(py, points.len(), |place| wedge.at_point(points[place])),
+            _ => Err(does_not_follow("points")),
+        }
     }
 
     fn at_radius<'py>(
@@ -79,12 +77,11 @@ impl Thickness {
         distance_mm: PyReadonlyArray1<'py, f64>,
     ) -> Result<Bound<'py, PyArray1<f64>>> {
         let distances = distance_mm.as_slice()?;
-        let values: Vec<f64> = match &self.inner {
-            ThicknessModel::Uniform { thickness_nm } => vec![*thickness_nm; distances.len()],
-            ThicknessModel::LensGap(gap) => distances.iter().map(|&r| gap.at_radius(r)).collect(),
-            _ => return Err(does_not_follow("a distance")),
-        };
-        Ok(values.into_pyarray(py))
+        match &self.inner {
+            ThicknessModel::Uniform { thickness_nm } => filled(py, distances.len(), |_| *thickness_nm),
+            ThicknessModel::LensGap(gap) => filled(py, distances.len(), |place| gap.at_radius(distances[place])),
+            _ => Err(does_not_follow("a distance")),
+        }
     }
 
     fn map<'py>(
@@ -96,6 +93,17 @@ impl Thickness {
     ) -> Result<Bound<'py, PyArray2<f64>>> {
         map_array(py, beside(py, Long::default(), |_| self.inner.map(width, height, extent))??)
     }
+}
+
+/// A function of so many places.
+fn filled<'py>(
+    py: Python<'py>,
+    count: usize,
+    function: impl Fn(usize) -> f64 + Sync,
+) -> Result<Bound<'py, PyArray1<f64>>> {
+    let made = PyArray1::zeros(py, count, false);
+    fill(py, made.readwrite().as_slice_mut()?, |place| Ok::<_, Error>(function(place)))?;
+    Ok(made)
 }
 
 /// The Python side asks only what a model can answer.
@@ -129,9 +137,8 @@ impl ThicknessMap {
         u: PyReadonlyArray1<'py, f64>,
         v: PyReadonlyArray1<'py, f64>,
     ) -> Result<Bound<'py, PyArray1<f64>>> {
-        let pairs = u.as_slice()?.iter().zip(v.as_slice()?);
-        let values: Vec<f64> = pairs.map(|(&u, &v)| self.inner.sample(u, v)).collect();
-        Ok(values.into_pyarray(py))
+        let (u, v) = (u.as_slice()?, v.as_slice()?);
+        filled(py, u.len().min(v.len()), |place| self.inner.sample(u[place], v[place]))
     }
 
     /// The map as the bytes of an OpenEXR file.

@@ -10,7 +10,7 @@ const OPAQUE_K: f64 = 1e-3;
 impl Scene {
     /// One sentence each.
     pub fn notes(&self) -> Vec<String> {
-        self.dark_lights().into_iter().chain(self.open_bodies()).collect()
+        self.dark_lights().into_iter().chain(self.open_bodies()).chain(self.crossing_films()).collect()
     }
 
     /// That nothing of the scene shows its lights.
@@ -53,6 +53,37 @@ impl Scene {
         });
         open.collect()
     }
+
+    /// That films on spheres cross: drawn as whole spheres, as the scene says, and as no bubbles ever are.
+    fn crossing_films(&self) -> Option<String> {
+        let mut balls: Vec<_> = self
+            .objects
+            .iter()
+            .filter(|object| object.placement.is_plain())
+            .filter_map(|object| match (&object.shape, &object.surface) {
+                (Shape::Sphere { center, radius }, Surface::Film(_)) => Some((center, *radius, &object.name)),
+                _ => None,
+            })
+            .collect();
+        // From left to right, so that far apart ones are not asked about.
+        balls.sort_by(|a, b| (a.0[0] - a.1).total_cmp(&(b.0[0] - b.1)));
+        let pair = balls.iter().enumerate().find_map(|(place, a)| {
+            let near = balls[place + 1..].iter().take_while(|b| b.0[0] - b.1 < a.0[0] + a.1);
+            near.into_iter().find(|b| crosses(a.0, a.1, b.0, b.1)).map(|b| (a.2, b.2))
+        });
+        pair.map(|(a, b)| {
+            format!(
+                "the films of \"{a}\" and \"{b}\" cross: both are drawn whole, with four walls where they meet; bubbles that touch \
+                 share a wall: make them one object of the shape bubbles = {{ spheres = [...] }}"
+            )
+        })
+    }
+}
+
+/// Whether two spheres meet in a circle.
+fn crosses(a: &[f64; 3], a_radius: f64, b: &[f64; 3], b_radius: f64) -> bool {
+    let distance = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+    distance < a_radius + b_radius && distance > (a_radius - b_radius).abs()
 }
 
 /// What a shape with an edge is called.

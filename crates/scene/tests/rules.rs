@@ -201,6 +201,24 @@ fn clear_bodies_that_nothing_closes_are_told() {
 // --- edits
 
 #[test]
+fn films_that_cross_are_told() {
+    let notes = |second: &str| {
+        let film = "surface = { film = { medium = \"soap\", thickness_nm = 300 } }";
+        let ball = |name: &str, shape: &str| format!("[[object]]\nname = \"{name}\"\nshape = {{ {shape} }}\n{film}\n");
+        let objects = ball("left", "sphere = { radius = 3.0 }") + &ball("right", second);
+        let light = "[[light]]\nenvironment = { illuminant = \"D65\" }\n";
+        read(&format!("version = 1\n[camera]\n{objects}{light}")).unwrap().notes()
+    };
+    let told = notes("sphere = { center = [3.0, 0.0, 0.0], radius = 1.0 }");
+    assert_eq!(told.len(), 1);
+    assert!(told[0].contains("\"left\" and \"right\" cross") && told[0].contains("bubbles ="), "{told:?}");
+    // What lies beside, within, or only touches.
+    for apart in ["center = [9.0, 0.0, 0.0], radius = 1.0", "radius = 1.0", "center = [0.0, 5.0, 0.0], radius = 2.0"] {
+        assert!(notes(&format!("sphere = {{ {apart} }}")).is_empty(), "{apart}");
+    }
+}
+
+#[test]
 fn values_are_set_by_path() {
     let scene = Scene::builtin("soap-bubble").unwrap();
     let scene = scene.with_value("object.bubble.surface.film.thickness_nm", number(400.0)).unwrap();

@@ -101,8 +101,11 @@ def color_derivatives(
                 real_operand("wavelength_nm", wavelengths),
                 *(real_operand("point", one[which, None]) for one in points),
             ]
-            elements = self._elements((which.size, wavelengths.size), arguments, extended=True)
-            powers, sloping = rows(self, quantity, polarization, elements)
+            parted = [
+                rows(self, quantity, polarization, elements)
+                for _, elements in self._elements((which.size, wavelengths.size), arguments, extended=True)
+            ]
+            powers, sloping = (np.concatenate(some) for some in zip(*parted, strict=True))
             xyz[which] = powers.reshape(which.size, -1) @ weights
             slopes[which] = np.einsum("wc,pwd->pcd", weights, sloping.reshape(which.size, wavelengths.size, -1))
     jacobian = _core.color_jacobian(xyz, space, white, adaptation).reshape(-1, 3, 3)

@@ -185,6 +185,7 @@ def layer_airy(
     arguments += stack._thicknesses()
     shape = broadcast_shape(arguments)
     out = np.empty((*shape, 6), dtype=np.complex128)
-    indices, thickness_nm, wavelengths, angles = stack._elements(shape, arguments, hold=hold)
-    _core.stack_layer_airy(polarization, indices, thickness_nm, wavelengths, angles, place, out.reshape(-1, 6))
+    flat = out.reshape(-1, 6)
+    for which, elements in stack._elements(shape, arguments, hold=hold):
+        _core.stack_layer_airy(polarization, *elements, place, flat[which])
     return out

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from iridesce import _core
-from iridesce.arguments.operands import Floats, new_array
+from iridesce.arguments.operands import Floats, new_array, scalar
 from iridesce.arguments.scalars import one_of
 from iridesce.optics.multilayer import Multilayer
 
@@ -71,15 +72,17 @@ def derivatives(
     if not is_power:
         self._must_be_coherent("derivatives of psi and delta")
     shape, arguments = self._arguments(wavelength_nm, angle_deg)
-    parameters = 3 * len(self.layers) + 3
-    width = 1 if is_power else 2
-    new_array("the derivatives", (*shape, width * parameters))
-    values, slopes = rows(
-        self, quantity if is_power else "ellipsometry", polarization, self._elements(shape, arguments)
-    )
+    layers, count = len(self.layers), math.prod(shape)
+    new_array("the derivatives", (*shape, 3 * layers + 3))
+    parts = [np.empty((count, *tail)) for tail in ((), (layers,), (layers + 1,), (layers + 1,), ())]
     at = 1 if quantity == "delta" else 0
-    slopes = slopes.reshape(*shape, width, parameters)[..., at, :]
-    return named(values[:, at].reshape(shape), slopes, len(self.layers))
+    for which, elements in self._elements(shape, arguments):
+        values, slopes = rows(self, quantity if is_power else "ellipsometry", polarization, elements)
+        found = named(values[:, at], slopes.reshape(len(values), -1, 3 * layers + 3)[:, at], layers)
+        for part, piece in zip(parts, found, strict=True):
+            part[which] = piece
+    value, thickness, n, k, n_first = (part.reshape((*shape, *part.shape[1:])) for part in parts)
+    return Derivatives(scalar(value), thickness, n, k, scalar(n_first))
 
 
 def rows(self: Multilayer, quantity: str, polarization: str, elements: tuple[Any, ...]) -> tuple[Floats, Floats]:
@@ -97,12 +100,10 @@ def rows(self: Multilayer, quantity: str, polarization: str, elements: tuple[Any
 
 def named(value: Floats, rows: Floats, layers: int) -> Derivatives:
     """From rows of the core (thicknesses, n of all media, k of all but the first)."""
-    first = rows[..., layers]
-    scalar = value.ndim == 0
     return Derivatives(
-        float(value) if scalar else value,
+        scalar(value),
         np.ascontiguousarray(rows[..., :layers]),
         np.ascontiguousarray(rows[..., layers + 1 : 2 * layers + 2]),
         np.ascontiguousarray(rows[..., 2 * layers + 2 :]),
-        float(first) if scalar else np.ascontiguousarray(first),
+        scalar(np.ascontiguousarray(rows[..., layers])),
     )

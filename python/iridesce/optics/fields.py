@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -103,9 +104,10 @@ def mueller(
             Words(slabs),
         )
     matrix: Floats = new_array("mueller", (*shape, 4, 4))
-    indices, thickness_nm, wavelengths, angles = self._elements(shape, arguments)
+    out = matrix.reshape(-1, 16)
     coherent = [layer.coherent for layer in self.layers]
-    _core.stack_mueller(direction, indices, thickness_nm, coherent, wavelengths, angles, matrix.reshape(-1, 16))
+    for which, (indices, thickness_nm, wavelengths, angles) in self._elements(shape, arguments):
+        _core.stack_mueller(direction, indices, thickness_nm, coherent, wavelengths, angles, out[which])
     return matrix
 
 
@@ -145,12 +147,8 @@ def field_profile(
     shape, arguments = self._arguments(wavelength_nm, angle_deg)
     fields = new_array("field_profile", (*shape, depths.size, 6), np.complex128)
     power = new_array("field_profile", (*shape, depths.size, 2))
-    rows = int(np.prod(shape))
-    _core.stack_fields(
-        polarization,
-        *self._elements(shape, arguments),
-        depths,
-        fields.reshape(rows, -1),
-        power.reshape(rows, -1),
-    )
+    rows = math.prod(shape)
+    flat, flat_power = fields.reshape(rows, -1), power.reshape(rows, -1)
+    for which, elements in self._elements(shape, arguments):
+        _core.stack_fields(polarization, *elements, depths, flat[which], flat_power[which])
     return FieldProfile(depths, fields[..., :3], fields[..., 3:], power[..., 0], power[..., 1])

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Iterator
 from typing import Any, Self
 
 import numpy as np
@@ -18,6 +19,8 @@ from iridesce.optics.medium import Medium, MediumLike, as_medium
 from iridesce.optics.stack_text import EXAMPLE, parse_items
 
 _POLARIZATIONS = ("s", "p", "unpolarized")
+# Numbers of a block of elements, laid out for the core.
+_BLOCK = 1 << 20
 
 
 class Multilayer(Fixed):
@@ -402,13 +405,14 @@ class Multilayer(Fixed):
 
     def _elements(
         self, shape: tuple[int, ...], arguments: list[Operand], extended: bool = False, hold: bool = False
-    ) -> tuple[npt.NDArray[np.complex128], Floats, Floats, Floats]:
-        """Every argument in full size, one row an element: indices, thicknesses, wavelength, angle.
+    ) -> Iterator[tuple[slice, tuple[npt.NDArray[np.complex128], Floats, Floats, Floats]]]:
+        """Every argument in full size, one row an element, in blocks of some megabytes: (which rows, (indices,
+        thicknesses, wavelength, angle)). Laid out at once they could fit nowhere, and nobody hears Ctrl-C meanwhile.
 
         ``extended``: built-in media continue beyond their data as they state, as in colour sums; ``hold``: all media
         keep the ends of their data.
         """
-        wavelength_nm, angle_deg, *thickness_nm = (np.broadcast_to(argument.full(), shape) for argument in arguments)
+        wavelength_nm, angle_deg, *thickness_nm = (_flat(argument.full(), shape) for argument in arguments)
         columns = []
         for medium in self.media:
             if extended and medium.kind != "constant":
@@ -418,17 +422,19 @@ class Multilayer(Fixed):
                 values = np.asarray(medium.index(arguments[0].values, extrapolate="hold"))
             else:
                 values = index_at(medium, arguments[0].values)
-            columns.append(np.broadcast_to(values, shape).reshape(-1))
-        rows = wavelength_nm.size
-        thickness = np.empty((rows, len(self.layers)))
-        for column, values_nm in enumerate(thickness_nm):
-            thickness[:, column] = values_nm.reshape(-1)
-        return (
-            np.ascontiguousarray(np.stack(columns, axis=-1)),
-            thickness,
-            np.ascontiguousarray(wavelength_nm.reshape(-1)),
-            np.ascontiguousarray(angle_deg.reshape(-1)),
-        )
+            columns.append(_flat(values, shape))
+        rows, layers = math.prod(shape), len(self.layers)
+        step = max(1, _BLOCK // (3 * layers + 6))
+        for start in range(0, rows, step):
+            which = slice(start, min(start + step, rows))
+            indices = np.empty((which.stop - start, layers + 2), np.complex128)
+            for column, index in enumerate(columns):
+                indices[:, column] = index[which]
+            thickness = np.empty((which.stop - start, layers))
+            for column, values_nm in enumerate(thickness_nm):
+                thickness[:, column] = values_nm[which]
+            nm, deg = (np.ascontiguousarray(argument[which]) for argument in (wavelength_nm, angle_deg))
+            yield which, (indices, thickness, nm, deg)
 
     def _must_be_coherent(self, what: str) -> None:
         for number, layer in enumerate(self.layers, start=1):
@@ -449,6 +455,12 @@ class Multilayer(Fixed):
                 "one of exactly one layer, a coherent one, for the two-beam form",
                 self,
             )
+
+
+def _flat(values: npt.NDArray[Any], shape: tuple[int, ...]) -> Any:
+    """What gives any part of the values in their full shape, flat, without laying all of them out."""
+    full = np.broadcast_to(values, shape)
+    return full.reshape(-1) if full.flags.c_contiguous else full.flat
 
 
 def _checked_polarization(value: object) -> str:

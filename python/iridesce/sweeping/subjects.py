@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from iridesce.arguments.refusals import complaint, refusal
+from iridesce.arguments.refusals import complaint, refusal, within
 from iridesce.image import Image
 from iridesce.optics.layer import Layer
 from iridesce.optics.medium import as_medium
@@ -165,8 +165,7 @@ class StackSubject:
                 layers[number][kind] = _medium(value) if match[2] == "medium" else value
             elif callable(self.quantity) or key not in QUANTITIES[self.quantity]:
                 raise complaint(self._unknown(key), "vary", "keys of the stack and its quantity", key)
-        made = [Layer(medium, thickness_nm, coherent) for thickness_nm, medium, coherent in layers]
-        return Stack([media[0], *made, media[1]])
+        return Stack([media[0], *(_layer(number, *layer) for number, layer in enumerate(layers)), media[1]])
 
     def check(self, point: Point) -> None:
         """Raise what is wrong with a point: with its stack, or with the light, of which a single film is asked instead."""
@@ -278,6 +277,13 @@ def _checked(quantity: Any, default: str, known: tuple[str, ...], of: str) -> st
         words = ", ".join(f'"{word}"' for word in known)
         raise refusal(f"quantity of {of}", f"{words} or a function", quantity)
     return quantity
+
+
+def _layer(number: int, thickness_nm: Any, medium: Any, coherent: Any) -> Layer:
+    try:
+        return Layer(medium, thickness_nm, coherent)
+    except ValueError as error:
+        raise within(f"vary: layers.{number}", error) from None
 
 
 def _medium(value: Any) -> Any:

@@ -255,6 +255,21 @@ def test_walls_of_bubbles_in_balance() -> None:
         ir.Scene.load(scene({"shape": swallowed, "surface": SOAP}))
 
 
+def test_any_number_of_objects() -> None:
+    # Once there was a limit of 10 000.
+    columns = 101
+    grain = [
+        {
+            "shape": {"sphere": {"center": [i % columns - 50.0, i // columns - 50.0, 0.0], "radius": 0.2}},
+            "surface": SOAP,
+        }
+        for i in range(columns * columns)
+    ]
+    image = ir.render(scene(*grain, position=[0.0, 0.0, 5.0], orthographic_height=3.0, resolution=[9, 9]), samples=1)
+    # Nine of them are seen, of which the middle pixels of nine blocks are.
+    assert (image.channels["thickness_nm"][1::3, 1::3] == 420.0).all()
+
+
 def test_what_files_and_keys_get_wrong_is_named(here: Path) -> None:
     (here / "huge.ply").write_text(
         "ply\nformat ascii 1.0\nelement face 1000000000\nproperty list uchar int vertex_indices\nend_header\n"

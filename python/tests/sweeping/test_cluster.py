@@ -161,6 +161,30 @@ def test_a_point_that_kills_its_worker_each_time_fails_alone(
     assert (tmp_path / "s" / "points" / "000001.json").exists()
 
 
+def test_what_all_points_need_is_carried_again_and_no_point_is_blamed(
+    client: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    before = client.run_on_scheduler(lambda dask_scheduler: dask_scheduler.allowed_failures)
+    client.run_on_scheduler(lambda dask_scheduler: setattr(dask_scheduler, "allowed_failures", 0))
+    died = tmp_path / "died"
+
+    def carried(value: Any) -> Any:
+        if not died.exists():
+            died.touch()
+            os._exit(1)
+        return value
+
+    monkeypatch.setattr(clusters, "carry", carried)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            # A content that no other sweep has: what is on the cluster already is not carried again.
+            swept = ir.sweep("air / soap 317 / air", {NM: [1.0, 2.0, 3.0]}, client=client)
+    finally:
+        client.run_on_scheduler(lambda dask_scheduler, n: setattr(dask_scheduler, "allowed_failures", n), n=before)
+    assert died.exists() and not swept.failed
+
+
 def test_several_levels_and_other_versions_are_refused() -> None:
     own = ir.__version__
     assert clusters._one_level({"a": {"version": own, "simd": "avx2"}, "b": {"version": own, "simd": "avx2"}}) == "avx2"

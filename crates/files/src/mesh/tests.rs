@@ -170,7 +170,6 @@ fn what_a_file_gets_wrong_is_named() {
     assert_eq!(MeshFormat::of(Path::new("a/B.GLB")), Ok(MeshFormat::Gltf));
 }
 
-/// Every mutation of small seeds is refused in words or read; none may panic, hang or take memory.
 #[test]
 fn what_the_library_would_panic_at_is_named() {
     let bytes = gltf("", 12);
@@ -185,6 +184,7 @@ fn what_the_library_would_panic_at_is_named() {
     }
 }
 
+/// Every mutation of small seeds is refused in words or read; none may panic, hang or take memory.
 #[test]
 fn torn_and_mutated_files_are_refused_in_words() {
     let seeds = [
