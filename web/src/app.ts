@@ -28,6 +28,12 @@ export interface Stats {
 /** Whether motion is not wanted. */
 const calm = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 
+/** A control that has not moved for so long rests, held or not, ms. */
+const REST_MS = 250;
+
+/** Time between two states of the charts beside a control that moves, ms. */
+const READOUTS_MS = 200;
+
 /** Longest wait for a picture that a script asked for, ms. */
 const PATIENCE_MS = 60_000;
 
@@ -42,8 +48,8 @@ export class App extends LitElement {
   stage: Stage | null = null;
   /** Items of the stack; one is open. */
   items: Item[] = [];
-  /** Whether a control is being moved: colours are refined when it rests. */
-  dragging = false;
+  /** The control that is being moved; nothing: they rest, and the picture is refined. */
+  moving = "";
   pointer: { x: number; y: number } | null = null;
   /** What happened, for the reader. */
   told = "";
@@ -56,6 +62,8 @@ export class App extends LitElement {
   private stackChecked = "";
   private lampChecked = "";
   private begun!: () => void;
+  private resting = 0;
+  private told_ms = 0;
 
   constructor() {
     super();
@@ -89,6 +97,7 @@ export class App extends LitElement {
       this.core = await Core.from(module);
       this.stage = new Stage(this, this.core, module);
       this.settle();
+      this.stage.begin();
       this.refresh();
       await this.drawn();
     } catch (error) {
@@ -137,8 +146,12 @@ export class App extends LitElement {
     this.refresh();
   }
 
-  /** Sets keys of the state; answers notes on what was left out. `done`: a step back in the browser's history. */
-  set(changes: Record<string, unknown>, done = true): string[] {
+  /** Sets keys of the state, a step in the browser's history; answers notes on what was left out. */
+  set(changes: Record<string, unknown>): string[] {
+    return this.change(changes, true);
+  }
+
+  private change(changes: Record<string, unknown>, done: boolean): string[] {
     const { scene, ...rest } = changes;
     this.notes = [];
     if (scene !== undefined && !SCENES.includes(scene as Scene)) this.notes.push(`scene must be one of ${SCENES.join(", ")}`);
@@ -146,9 +159,29 @@ export class App extends LitElement {
     this.state = other ? inScene(this.state, scene as Scene) : { ...this.state };
     apply(this.state, Object.entries(rest), this.notes);
     this.settle();
-    this.remember(done);
+    if (done) this.remember(true);
     this.refresh();
     return this.notes;
+  }
+
+  /** Charts follow a moving control a little later than the picture, which must not wait for them. */
+  readoutsDue(): boolean {
+    const now = performance.now();
+    if (this.moving && now - this.told_ms < READOUTS_MS) return false;
+    this.told_ms = now;
+    return true;
+  }
+
+  /** A control was moved a little. */
+  move(name: string, value: unknown, done: boolean): void {
+    clearTimeout(this.resting);
+    this.moving = name;
+    this.change({ [name]: value }, done);
+    this.resting = window.setTimeout(() => {
+      this.moving = "";
+      this.remember(false);
+      this.refresh();
+    }, REST_MS);
   }
 
   reset(): void {

@@ -27,6 +27,8 @@ type FilmReply = Extract<Reply, { kind: "film" }>;
 
 export class LivingFilm {
   state: FilmState | null = null;
+  /** Where it is thickest, nm; 0: there is none. */
+  thickest_nm = 0;
   private key = "";
   private aged = false;
   private busy = false;
@@ -45,6 +47,11 @@ export class LivingFilm {
     return this.stage.app.state;
   }
 
+  /** Another film will be begun: this one was for another kind of canvas. */
+  forget(): void {
+    this.key = "";
+  }
+
   /** Begins the film that `wanted` names, unless it flows already. */
   async start(wanted: string): Promise<void> {
     if (this.key === wanted) {
@@ -60,7 +67,7 @@ export class LivingFilm {
     this.aged = false;
     if (this.job.busy) this.job.stop();
     this.busy = this.moving = false;
-    this.state = null;
+    this.keep(null);
     const { preset, thickness_nm, seed } = this.page;
     const changes: Record<string, number> = { thickness_nm: Number(thickness_nm) };
     for (const name of LIVE) changes[name] = Number(this.page[name]);
@@ -95,8 +102,13 @@ export class LivingFilm {
     void this.live();
   }
 
-  private show(film: FilmState): void {
+  private keep(film: FilmState | null): void {
     this.state = film;
+    this.thickest_nm = film ? film.thickness_nm.reduce((most, nm) => Math.max(most, nm), 0) : 0;
+  }
+
+  private show(film: FilmState): void {
+    this.keep(film);
     if (!this.stage.living()) return;
     this.stage.picture?.setField(film);
     this.stage.draw();
@@ -115,7 +127,7 @@ export class LivingFilm {
         if (this.key !== wanted) return;
         this.steps.push(1000 * reply.seconds);
         if (this.steps.length > 120) this.steps.shift();
-        this.state = reply.film;
+        this.keep(reply.film);
         next = this.step();
         await new Promise((resolve) => requestAnimationFrame(resolve));
         if (this.key !== wanted) {

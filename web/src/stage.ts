@@ -21,10 +21,20 @@ const SIDES = [640, 560, 480, 416, 352, 288, 240];
 const LOOP_SIDE = 288;
 /** Metals and silicon are shown no brighter than this times what they mirror: their colours are those of a bright surface. */
 const BRIGHTEST = 1.6;
-/** Keys that say where the film lies. */
-const GEOMETRY_KEYS = ["preset", "environment", "walls", "radius_mm", "view_mm", "angle_deg", "edge_nm", "thickest_nm"];
-/** Scenes whose thickness belongs to the geometry: no field holds it. */
-const OWN_THICKNESS: readonly Scene[] = ["rings", "titanium", "wafer"];
+/** Side of the pixels of a picture whose control is being moved, in those of one at rest: where the processor shades them. */
+const COARSE = { software: 3, device: 2 };
+/** Keys that say where the film lies (and how thick it is there, where no field holds that). */
+const GEOMETRY_KEYS: Record<Scene, readonly string[]> = {
+  bubble: ["preset", "environment", "walls"],
+  rings: ["radius_mm", "view_mm", "thickness_nm"],
+  slick: ["environment"],
+  titanium: ["environment", "angle_deg", "thickness_nm"],
+  wafer: ["environment", "angle_deg", "thickness_nm", "edge_nm"],
+  film: ["thickest_nm"],
+  learn: [],
+};
+/** Controls that move marks, and leave the picture as it is. */
+const MARKS = ["thickness_nm", "angle_deg"];
 
 export class Stage {
   picture: Picture | null = null;
@@ -33,7 +43,7 @@ export class Stage {
   /** ms after the start of the page at which the first whole picture stood; 0: not yet. */
   firstPicture = 0;
   private readonly fields: Job;
-  private readonly water: Float64Array;
+  private water: Float64Array | null = null;
   private readonly rgb: Float64Array;
   private geometryKey = "";
   private tableKey = "";
@@ -44,13 +54,16 @@ export class Stage {
   private sideIndex = 0;
   private lost = false;
 
-  constructor(readonly app: App, core: Core, module: WebAssembly.Module) {
+  constructor(readonly app: App, private readonly core: Core, module: WebAssembly.Module) {
     this.tables = new Tables(module, STORED);
     this.fields = new Job(module);
     this.film = new LivingFilm(this, this.fields);
     this.rgb = transposed(core.convert([1, 0, 0, 0, 1, 0, 0, 0, 1], "xyz", "linear-srgb"));
-    this.water = Float64Array.from({ length: 91 }, (_, deg) => (deg === 90 ? 1 : core.spectrum("air / water", [550], deg)[0]));
   }
+
+  /** Reflectance of still water by whole degrees. */
+  private readonly waters = (): Float64Array =>
+    (this.water ??= Float64Array.from({ length: 91 }, (_, deg) => (deg === 90 ? 1 : this.core.spectrum("air / water", [550], deg)[0])));
 
   // ------------------------------------------------------------------------------------------------ what is asked for
 
@@ -82,7 +95,7 @@ export class Stage {
         return { range_nm: [0, this.number("thickest_nm")], range_deg: [0, CHART_DEG] };
       default: {
         let most = 1500;
-        if (this.film.state) for (const nm of this.film.state.thickness_nm) if (nm > most) most = nm;
+        most = Math.max(most, this.film.thickest_nm);
         if (this.app.state["preset"] === "still") most = Math.max(most, 2 * thickness);
         return { range_nm: [0, Math.min(whole(most), 20000)], range_deg };
       }
@@ -116,24 +129,33 @@ export class Stage {
 
   /** Whether its colours are as fine as they will be. */
   isSettled(): boolean {
-    return Boolean(this.picture?.table) && this.picture?.table === this.tables.find(this.request(FINE));
+    return !this.app.moving && Boolean(this.picture?.table) && this.picture?.table === this.tables.find(this.request(FINE));
   }
 
   // ------------------------------------------------------------------------------------------------ what is made
+
+  /** Lets a film begin to flow before there is a canvas: the first picture waits for it. */
+  begin(): void {
+    if (this.living()) void this.film.start(this.wantedField());
+  }
 
   /** Makes what is missing for the state as it is now, and draws. */
   update(canvas: HTMLCanvasElement): void {
     if (!this.picture || this.picture.canvas !== canvas) {
       this.picture?.dispose();
       this.picture = new Picture(canvas, () => this.lose(), this.lost || /[?&]webgl=0/.test(location.search));
-      if (this.picture.kind === "canvas") this.app.tell(this.lost ? TEXT.lost : TEXT.slow);
+      if (this.picture.kind === "canvas") {
+        this.app.tell(this.lost ? TEXT.lost : TEXT.slow);
+        this.film.forget();
+      }
       this.geometryKey = this.tableKey = "";
       if (this.film.state && this.living()) this.picture.setField(this.film.state);
       else this.fieldKey = "";
     }
-    this.updateGeometry();
+    // The workers first: they work while this thread finds out what every pixel sees.
     void this.updateField().catch((error) => this.app.fail(error));
     void this.updateTable();
+    this.updateGeometry();
     this.draw();
     void this.film.live();
   }
@@ -152,13 +174,14 @@ export class Stage {
     const ratio = this.living() ? 1 : Math.min(devicePixelRatio || 1, 2);
     const [loop, whole] = [picture.kind === "canvas", this.living() ? SIDES[0] : 1000];
     const most = loop ? (this.living() ? LOOP_SIDE : 480) : this.film.moving ? SIDES[this.sideIndex] : whole;
-    const width = Math.max(64, Math.round(Math.min((box.clientWidth || 480) * ratio, most * Math.max(aspect, 1))));
+    const { moving } = this.app;
+    const coarse = moving && !this.film.moving && !(state.scene === "film" && MARKS.includes(moving)) ? COARSE[picture.software ? "software" : "device"] : 1;
+    const width = Math.max(64, Math.round(Math.min((box.clientWidth || 480) * ratio, most * Math.max(aspect, 1)) / coarse));
     const height = Math.round(width / aspect);
-    const names = OWN_THICKNESS.includes(state.scene) ? [...GEOMETRY_KEYS, "thickness_nm"] : GEOMETRY_KEYS;
-    const key = [state.scene, width, height, ...names.map((name) => state[name])].join("|");
+    const key = [state.scene, width, height, ...GEOMETRY_KEYS[state.scene].map((name) => state[name])].join("|");
     if (key === this.geometryKey) return;
     this.geometryKey = key;
-    picture.setGeometry(geometryOf({ width, height, state, water: this.water }));
+    picture.setGeometry(geometryOf({ width, height, state, water: this.waters }));
   }
 
   /** The film moves off or comes to rest: as many pixels as there is time for, in sharp colours or fast ones. */
@@ -210,7 +233,7 @@ export class Stage {
   private async updateTable(): Promise<void> {
     const wanted = this.wantedTable(DRAFT);
     if (this.tableKey === wanted) {
-      if (!this.app.dragging && this.picture?.table && !this.isSettled()) await this.refine();
+      if (!this.app.moving && this.picture?.table && !this.isSettled()) await this.refine();
       return;
     }
     const ready = this.tables.find(this.request(FINE)) ?? this.tables.find(this.request(DRAFT));
@@ -221,7 +244,7 @@ export class Stage {
       this.tableKey = wanted;
       this.exposureKey = "";
       this.tableCame(table);
-      if (!this.app.dragging) await this.refine();
+      if (!this.app.moving) await this.refine();
     } catch (error) {
       this.app.fail(error);
     }
@@ -259,13 +282,14 @@ export class Stage {
     const picture = this.picture;
     if (!picture || !picture.table || !picture.geometry) return;
     const { state } = this.app;
-    const key = `${this.geometryKey}|${this.tableKey}|${this.fieldKey}`;
+    // While a film grows as old as it should be its first exposure stands.
+    const key = [this.geometryKey, this.tableKey, this.fieldKey, this.fieldReady(), this.film.state === null].join("|");
     if (key !== this.exposureKey) {
       const luminances = picture.luminances();
       const bright = luminances[Math.floor(luminances.length * this.within())] ?? 1;
       const most = state.scene === "wafer" || state.scene === "titanium" ? BRIGHTEST : Infinity;
       this.automatic = bright > 0 ? Math.min(0.82 / bright, most) : 1;
-      if (this.fieldReady()) this.exposureKey = key;
+      this.exposureKey = key;
     }
     const stops = state.scene === "film" ? 0 : this.number("exposure");
     picture.look = { rgb_from_xyz: this.rgb, exposure: this.automatic * 2 ** stops, moving: this.living() && this.film.moving };

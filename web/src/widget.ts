@@ -65,7 +65,7 @@ function mount({ model, el }: { model: Model; el: HTMLElement }): () => void {
     if (kind === "film") state["thickest_nm"] = (model.get("_shape") as number[])[2] ?? 1200;
     // Places as on a sphere's map: the free bubble's.
     else state["preset"] = "free-bubble-preview";
-    picture.setGeometry(geometryOf({ width, height: SIDE, state, water: new Float64Array(91) }));
+    picture.setGeometry(geometryOf({ width, height: SIDE, state, water: () => new Float64Array(91) }));
   };
 
   const field = () => {

@@ -22,7 +22,8 @@ export async function loadModule(): Promise<WebAssembly.Module> {
   if (inside) return WebAssembly.compile(await unpacked(bytesOf(inside)));
   const response = await fetch("./iridesce.wasm");
   if (!response.ok) throw new Error(`iridesce.wasm: ${response.status} ${response.statusText}`);
-  // Not instantiateStreaming: it fails where a host serves .wasm under another type.
+  // Compiled while it comes, unless the host serves .wasm under another type.
+  if (response.headers.get("content-type") === "application/wasm") return WebAssembly.compileStreaming(response);
   return WebAssembly.compile(await response.arrayBuffer());
 }
 

@@ -26,8 +26,8 @@ export interface View {
   width: number;
   height: number;
   state: State;
-  /** Reflectance of still water by whole degrees, from the core. */
-  water: Float64Array;
+  /** Reflectance of still water by whole degrees, from the core; asked for where there is water. */
+  water: () => Float64Array;
 }
 
 const DEGREES = 180 / Math.PI;
@@ -145,7 +145,8 @@ function dome({ width, height, state, water }: View): Geometry {
   };
   /** Light from a direction, where the water below gives back some of the sky. */
   const lit: Radiance = (x, y, z) => (y >= 0 ? light(x, y, z) : mirror(-y) * light(x, -y, z));
-  const mirror = (cos: number) => water[Math.round(Math.acos(Math.min(cos, 1)) * DEGREES)];
+  const still = water();
+  const mirror = (cos: number) => still[Math.round(Math.acos(Math.min(cos, 1)) * DEGREES)];
   rays(width, height, eye, [0, 0.95, 0], fov, (i, x, y, z) => {
     const [t0, t1, miss] = meet(eye, x, y, z);
     const cover = Math.min(Math.max((DOME_RADIUS - miss) / edge + 0.5, 0), 1);

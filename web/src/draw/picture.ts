@@ -26,6 +26,8 @@ export interface Pixels {
 
 interface Painter {
   readonly kind: "webgl2" | "canvas";
+  /** Whether the processor shades the pixels. */
+  readonly software: boolean;
   setGeometry(geometry: Geometry): void;
   setTable(table: Table): void;
   setField(field: Field): void;
@@ -39,6 +41,8 @@ const NO_FIELD: Field = { columns: 1, rows: 1, thickness_nm: new Float32Array(1)
 /** What is drawn, and how. */
 export class Picture {
   private painter: Painter | null = null;
+  /** The look that is on the canvas; nothing: something else has changed since. */
+  private drawn = "";
   geometry: Geometry | null = null;
   table: Table | null = null;
   field: Field = NO_FIELD;
@@ -63,27 +67,36 @@ export class Picture {
     return this.painter?.kind ?? "canvas";
   }
 
+  get software(): boolean {
+    return this.painter?.software ?? true;
+  }
+
   setGeometry(geometry: Geometry): void {
     this.geometry = geometry;
     if (this.canvas.width !== geometry.width) this.canvas.width = geometry.width;
     if (this.canvas.height !== geometry.height) this.canvas.height = geometry.height;
     this.painter?.setGeometry(geometry);
+    this.drawn = "";
   }
 
   setTable(table: Table): void {
     if (this.table === table) return;
     this.table = table;
     this.painter?.setTable(table);
+    this.drawn = "";
   }
 
   setField(field: Field): void {
     this.field = field;
     this.painter?.setField(field);
+    this.drawn = "";
   }
 
   draw(): boolean {
     if (!this.geometry || !this.table || !this.painter) return false;
-    this.painter.draw(this.look);
+    const look = `${this.look.exposure} ${this.look.moving}`;
+    if (look !== this.drawn) this.painter.draw(this.look);
+    this.drawn = look;
     return true;
   }
 
@@ -139,6 +152,7 @@ export class Picture {
 
 class GlPainter implements Painter {
   readonly kind = "webgl2";
+  readonly software: boolean;
   private readonly gl: WebGL2RenderingContext;
   private readonly program: WebGLProgram;
   private readonly textures = new Map<string, WebGLTexture>();
@@ -154,6 +168,8 @@ class GlPainter implements Painter {
     const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, preserveDrawingBuffer: true });
     if (!gl) throw new Error("no WebGL2 here");
     this.gl = gl;
+    const named = gl.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER;
+    this.software = /swiftshader|llvmpipe|softpipe|basic render/i.test(String(gl.getParameter(named)));
     this.program = link(gl);
     gl.useProgram(this.program);
     ["front", "back", "behind", "field", "values", "slopes", "draft"].forEach((name, unit) => {
@@ -380,6 +396,7 @@ export function shown(x: number, y: number, z: number, look: Look, out: Uint8Cla
 
 class LoopPainter implements Painter {
   readonly kind = "canvas";
+  readonly software = true;
   private readonly context: CanvasRenderingContext2D;
   private geometry: Geometry | null = null;
   private table: Table | null = null;

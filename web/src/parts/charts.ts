@@ -91,7 +91,12 @@ export function diagram(
       )}
       <path class="locus" d="${line(locus)}Z"></path>
       <path class="curve first" d=${line(path)}></path>
-      ${marks.map((m) => svg`<circle class="mark" cx=${x(m.x)} cy=${y(m.y)} r="2.2"></circle><text class="small" x=${x(m.x) + 4} y=${y(m.y) - 3}>${m.label}</text>`)}
+      ${marks.map((m) => {
+        // Labels stand outside the loops: away from white.
+        const [dx, dy] = [x(m.x) - x(1 / 3), y(m.y) - y(1 / 3)];
+        const away = 13 / Math.max(Math.hypot(dx, dy), 1);
+        return svg`<circle class="mark" cx=${x(m.x)} cy=${y(m.y)} r="2.2"></circle><text class="small" text-anchor="middle" x=${x(m.x) + away * dx} y=${y(m.y) + away * dy + 4}>${m.label}</text>`;
+      })}
       ${here ? svg`<circle class="here" cx=${x(here[0])} cy=${y(here[1])} r="5"></circle>` : ""}
     </svg>
   </figure>`;

@@ -20,10 +20,7 @@ export function control(app: App, key: Key): TemplateResult {
   const value = app.state[key.name];
   const help = TEXT.help[key.name];
   const helpId = help ? `${id}-help` : nothing;
-  const set = (v: unknown, done: boolean) => {
-    app.dragging = !done;
-    app.set({ [key.name]: v }, done);
-  };
+  const set = (v: unknown) => app.set({ [key.name]: v });
   switch (key.kind) {
     case "number":
     case "whole": {
@@ -35,26 +32,26 @@ export function control(app: App, key: Key): TemplateResult {
         <label for=${id}>${label}</label>
         <input type="range" id=${id} min=${least} max=${most} step=${key.step ?? 1} .value=${String(value)} aria-describedby=${helpId}
           aria-valuetext=${`${trim(Number(value))} ${key.unit ?? ""}`}
-          @input=${(e: Event) => set((e.target as HTMLInputElement).valueAsNumber, false)}
-          @change=${(e: Event) => set((e.target as HTMLInputElement).valueAsNumber, true)} />
+          @input=${(e: Event) => app.move(key.name, (e.target as HTMLInputElement).valueAsNumber, false)}
+          @change=${(e: Event) => app.move(key.name, (e.target as HTMLInputElement).valueAsNumber, true)} />
         <input type="number" class="number" aria-label=${`${label}, ${key.unit ?? ""}`} min=${key.range?.[0] ?? 0} max=${key.range?.[1] ?? 0} step="any" .value=${trim(Number(value))}
-          @change=${(e: Event) => set((e.target as HTMLInputElement).value, true)} /><span class="unit">${key.unit ?? ""}</span>
+          @change=${(e: Event) => set((e.target as HTMLInputElement).value)} /><span class="unit">${key.unit ?? ""}</span>
         ${help ? html`<p class="small" id=${`${id}-help`}>${help}</p>` : nothing}
       </div>`;
     }
     case "flag":
-      return html`<div class="control flag"><label><input type="checkbox" id=${id} .checked=${Boolean(value)} @change=${(e: Event) => set((e.target as HTMLInputElement).checked, true)} /> ${label}</label></div>`;
+      return html`<div class="control flag"><label><input type="checkbox" id=${id} .checked=${Boolean(value)} @change=${(e: Event) => set((e.target as HTMLInputElement).checked)} /> ${label}</label></div>`;
     case "stack":
       if (scene !== "film") return html`<p class="fact">${label}: <code>${value}</code></p>`;
       return html`<div class="control wide"><label for=${id}>${label}</label>
         <input type="text" id=${id} spellcheck="false" autocomplete="off" maxlength="300" .value=${String(value)} aria-describedby=${helpId}
-          @change=${(e: Event) => set((e.target as HTMLInputElement).value, true)} />
+          @change=${(e: Event) => set((e.target as HTMLInputElement).value)} />
         <p class="small" id=${`${id}-help`}>${help}</p></div>`;
     default: {
       const choices: readonly string[] = key.kind === "illuminant" ? LAMPS : (key.choices as readonly string[]);
       const all = choices.includes(String(value)) ? choices : [...choices, String(value)];
       return html`<div class="control"><label for=${id}>${label}</label>
-        <select id=${id} @change=${(e: Event) => set((e.target as HTMLSelectElement).value, true)}>
+        <select id=${id} @change=${(e: Event) => set((e.target as HTMLSelectElement).value)}>
           ${all.map((name) => html`<option value=${name} ?selected=${name === value}>${TEXT.choices[name] ?? name}</option>`)}
         </select></div>`;
     }

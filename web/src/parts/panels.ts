@@ -4,6 +4,7 @@ import { html, nothing, svg, type TemplateResult } from "lit";
 import { ref } from "lit/directives/ref.js";
 import type { App } from "../app";
 import type { Core } from "../core/core";
+import { lookUp } from "../core/look-up";
 import { CHART_DEG } from "../draw/geometry";
 import { filled } from "../state/keys";
 import { TEXT } from "../text/strings";
@@ -75,10 +76,12 @@ export function filmPanel(app: App): TemplateResult {
     ${state.scene === "film" ? scales(app, core, stack, lamp, nm, angle) : nothing}`;
 }
 
-function scales(app: App, core: Core, stack: string, lamp: string, nm: number, angle: number): TemplateResult {
-  const to = Number(app.state["thickest_nm"]);
-  const model = String(app.state["model"]);
-  const options = { layer: app.layer, illuminant: lamp };
+/** Newton's scale and its path in the diagram: they stay while thickness and angle move. */
+let kept: { key: string; scale: Float64Array; path: Float64Array } | null = null;
+
+function newton(core: Core, stack: string, to: number, model: string, options: { layer: number; illuminant: string }) {
+  const key = [stack, to, model, options.layer, options.illuminant].join("|");
+  if (kept?.key === key) return kept;
   const along = Float64Array.from({ length: 2 * STRIP }, (_, i) => (i % 2 ? 0 : ((i / 2 + 0.5) / STRIP) * to));
   let scale: Float64Array;
   try {
@@ -86,17 +89,42 @@ function scales(app: App, core: Core, stack: string, lamp: string, nm: number, a
   } catch {
     scale = core.color(stack, along, options);
   }
-  const all = Float64Array.from({ length: 2 * STRIP }, (_, i) => (i % 2 ? ((i - 1) / 2 / STRIP) * CHART_DEG : nm));
-  const angles = core.color(stack, all, options);
   const path: number[] = [];
   for (let i = 0; i < STRIP; i++) {
     const [x, y, z] = scale.subarray(3 * i, 3 * i + 3);
     if (x + y + z > 1e-6) path.push(x / (x + y + z), y / (x + y + z));
   }
+  return (kept = { key, scale, path: Float64Array.from(path) });
+}
+
+/** All angles of one thickness: from the table that is drawn, where it holds them. */
+function allAngles(app: App, core: Core, stack: string, nm: number, options: { layer: number; illuminant: string }): Float64Array {
+  const angle = (i: number) => (i / STRIP) * CHART_DEG;
+  const table = app.stage?.isDrawn() && app.stage.picture?.table;
+  if (!table || nm > table.range_nm[1] || table.range_deg[1] < CHART_DEG) {
+    return core.color(stack, Float64Array.from({ length: 2 * STRIP }, (_, i) => (i % 2 ? angle((i - 1) / 2) : nm)), options);
+  }
+  const xyz = new Float64Array(3 * STRIP);
+  for (let i = 0; i < STRIP; i++) lookUp(table, nm, angle(i), xyz, 3 * i);
+  return xyz;
+}
+
+/** Where a scale of thickness is marked: even steps, the last with the unit. */
+export function tickMarks(to: number): { share: number; label: string }[] {
+  const step = to > 2000 ? 500 : to > 600 ? 200 : 100;
+  const last = Math.floor(to / step);
+  return Array.from({ length: last + 1 }, (_, i) => ({ share: (i * step) / to, label: `${i * step}${i === last ? " nm" : ""}` }));
+}
+
+function scales(app: App, core: Core, stack: string, lamp: string, nm: number, angle: number): TemplateResult {
+  const to = Number(app.state["thickest_nm"]);
+  const model = String(app.state["model"]);
+  const options = { layer: app.layer, illuminant: lamp };
+  const { scale, path } = newton(core, stack, to, model, options);
+  const angles = allAngles(app, core, stack, nm, options);
   const here = core.color(stack, [nm, angle], options);
   const sum = here[0] + here[1] + here[2];
-  const step = to > 2000 ? 500 : to > 600 ? 200 : 100;
-  const marks = Array.from({ length: Math.floor(to / step) + 1 }, (_, i) => ({ share: (i * step) / to, label: `${i * step}` }));
+  const marks = tickMarks(to).map(({ share }) => ({ share, label: String(Math.round(share * to)) }));
   const points = marks.slice(1, 5).map(({ share, label }) => {
     const [x, y, z] = core.color(stack, [share * to, 0], options);
     return { x: x / (x + y + z), y: y / (x + y + z), label };
@@ -107,7 +135,7 @@ function scales(app: App, core: Core, stack: string, lamp: string, nm: number, a
     <section class="card"><h2>${TEXT.strip}</h2><p class="small">${TEXT.strip_of(nm)}</p>
       ${strip(app, TEXT.strip_of(nm), angles, [0, 15, 30, 45, 60, 75].map((deg) => ({ share: deg / CHART_DEG, label: `${deg}°` })))}</section>
     <section class="card"><h2>${TEXT.diagram}</h2><p class="small">${TEXT.diagram_of(to)}</p>
-      ${diagram(TEXT.diagram_of(to), locusOf(core), Float64Array.from(path), points, sum > 1e-9 ? [here[0] / sum, here[1] / sum] : null)}</section>`;
+      ${diagram(TEXT.diagram_of(to), locusOf(core), path, points, sum > 1e-9 ? [here[0] / sum, here[1] / sum] : null)}</section>`;
 }
 
 /** Radii of dark rings: by the formula, and where luminance along a radius of this picture is least. */
@@ -130,7 +158,7 @@ export function ringsPanel(app: App): TemplateResult {
     const told = Math.sqrt(gap * 1e-6 * (2 * radius - gap * 1e-6));
     if (told > view / 2) break;
     const near = measured.reduce((best, r) => (Math.abs(r - told) < Math.abs(best - told) ? r : best), NaN);
-    const found = measured.find((r) => r === near) ?? measured.sort((a, b) => Math.abs(a - told) - Math.abs(b - told))[0];
+    const found = measured.find((r) => r === near) ?? [...measured].sort((a, b) => Math.abs(a - told) - Math.abs(b - told))[0];
     rows.push(html`<tr><th scope="row">${m}</th><td>${told.toFixed(3)}</td><td>${found !== undefined && Math.abs(found - told) < 0.1 * told ? found.toFixed(3) : "-"}</td></tr>`);
   }
   return html`<section class="card"><h2>${TEXT.rings_measured}</h2>

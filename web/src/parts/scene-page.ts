@@ -1,6 +1,6 @@
 // A scene: its picture with its text twin, its controls, what is told beside it.
 
-import { html, nothing, type TemplateResult } from "lit";
+import { html, noChange, nothing, type TemplateResult } from "lit";
 import { keyed } from "lit/directives/keyed.js";
 import type { App } from "../app";
 import { CHART_DEG } from "../draw/geometry";
@@ -10,7 +10,7 @@ import { keysOf } from "../state/keys";
 import { TEXT } from "../text/strings";
 import { describe, twin, words } from "../text/words";
 import { control } from "./controls";
-import { filmPanel, ringsPanel } from "./panels";
+import { filmPanel, ringsPanel, tickMarks } from "./panels";
 import { swatch } from "./swatch";
 import { copyLink, saveCsv, savePicture } from "./take-away";
 
@@ -36,10 +36,11 @@ export function scenePage(app: App): TemplateResult {
             @pointerleave=${() => app.pointed(null)}
             @click=${(e: MouseEvent) => app.choose(e)}></canvas>`)}
           ${scene === "film" ? html`<div class="cross" aria-hidden="true"></div>` : nothing}
+          ${scene === "film" ? html`<div class="angles" aria-hidden="true">${[0, 20, 40, 60].map((deg) => html`<span data-share=${deg / CHART_DEG}>${deg}°</span>`)}</div>` : nothing}
           ${scene === "rings" ? html`<div class="scale" aria-hidden="true"><span></span>1 mm</div>` : nothing}
           ${scene === "titanium" ? html`<div class="volts" aria-hidden="true">${[0, 20, 40, 60, 80, 100].map((v) => html`<span data-share=${v / 110}>${v} V</span>`)}</div>` : nothing}
         </div>
-        ${scene === "film" ? html`<p class="axes" aria-hidden="true"><span>0 nm, 0° on top</span><span>${state["thickest_nm"]} nm, ${CHART_DEG}° below</span></p>` : nothing}
+        ${scene === "film" ? html`<p class="axis" aria-hidden="true">${tickMarks(Number(state["thickest_nm"])).map(({ share, label }) => html`<span data-share=${share}>${label}</span>`)}</p>` : nothing}
         <p class="twin" id="twin" aria-live=${living ? "off" : "polite"}>${said}</p>
         <p class="tools">
           ${living
@@ -60,7 +61,7 @@ export function scenePage(app: App): TemplateResult {
         <p><button type="button" @click=${() => app.reset()}>${TEXT.reset}</button></p>
       </section>
     </div>
-    ${readouts(app)}`;
+    ${app.readoutsDue() ? readouts(app) : noChange}`;
 }
 
 function readouts(app: App): TemplateResult | typeof nothing {
@@ -96,6 +97,8 @@ export function placeMarks(app: App): void {
   }
   const bar = app.querySelector<HTMLElement>(".scale span");
   if (bar) bar.style.width = `${((app.querySelector("#picture")?.clientWidth ?? 0) / of("view_mm")).toFixed(1)}px`;
+  for (const mark of app.querySelectorAll<HTMLElement>(".axis span")) mark.style.left = `${100 * Number(mark.dataset["share"])}%`;
+  for (const mark of app.querySelectorAll<HTMLElement>(".angles span")) mark.style.top = `${100 * Number(mark.dataset["share"])}%`;
   for (const mark of app.querySelectorAll<HTMLElement>(".volts span")) {
     mark.style.left = `${100 * (BAR[0] + (BAR[1] - BAR[0]) * Number(mark.dataset["share"]))}%`;
   }
