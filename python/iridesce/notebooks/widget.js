@@ -937,17 +937,17 @@ function qe({ width: e, height: t, state: n, water: r }) {
 	}, u = (e, t, n, r, i, a, o, s) => {
 		let c = (n[0] + r * o) / X, l = (n[1] + i * o) / X, u = (n[2] + a * o) / X, f = r * c + i * l + a * u, [p, m] = Ge(c, l, u, Math.PI / 2);
 		K(e, t, p, m, Math.abs(f), s * d(r - 2 * f * c, i - 2 * f * l, a - 2 * f * u));
-	}, d = (e, t, n) => t >= 0 ? i(e, t, n) : f(-t) * i(e, -t, n), f = (e) => r[Math.round(Math.acos(Math.min(e, 1)) * W)];
+	}, d = (e, t, n) => t >= 0 ? i(e, t, n) : p(-t) * i(e, -t, n), f = r(), p = (e) => f[Math.round(Math.acos(Math.min(e, 1)) * W)];
 	return q(e, t, s, [
 		0,
 		.95,
 		0
 	], 31, (e, t, r, i) => {
-		let [p, m, h] = l(s, t, r, i), g = Math.min(Math.max((X - h) / c + .5, 0), 1);
+		let [f, m, h] = l(s, t, r, i), g = Math.min(Math.max((X - h) / c + .5, 0), 1);
 		o.behind[2 * e] = a || n.environment !== "uniform" ? d(t, r, i) : 0;
-		let _ = s[1] + r * p >= 0;
-		if (g > 0 && p > 0 && _) {
-			o.behind[2 * e + 1] = g, u(o.front, e, s, t, r, i, p, 1), a && s[1] + r * m >= 0 && u(o.back, e, s, t, r, i, m, 1);
+		let _ = s[1] + r * f >= 0;
+		if (g > 0 && f > 0 && _) {
+			o.behind[2 * e + 1] = g, u(o.front, e, s, t, r, i, f, 1), a && s[1] + r * m >= 0 && u(o.back, e, s, t, r, i, m, 1);
 			return;
 		}
 		if (r >= 0 || !a) return;
@@ -956,7 +956,7 @@ function qe({ width: e, height: t, state: n, water: r }) {
 			0,
 			s[2] + i * v
 		], [b, , x] = l(y, t, -r, i), S = Math.min(Math.max((X - x) / c + .5, 0), 1);
-		S <= 0 || b <= 0 || -r * b < 0 || (o.behind[2 * e + 1] = S, u(o.front, e, y, t, -r, i, b, f(-r)));
+		S <= 0 || b <= 0 || -r * b < 0 || (o.behind[2 * e + 1] = S, u(o.front, e, y, t, -r, i, b, p(-r)));
 	}), o;
 }
 function Je({ width: e, height: t }) {
@@ -1126,7 +1126,7 @@ var ut = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 	thickness_nm: /* @__PURE__ */ new Float32Array(1)
 }, pt = class {
 	constructor(e, t, n = !1) {
-		if (this.canvas = e, this.painter = null, this.geometry = null, this.table = null, this.field = ft, this.look = {
+		if (this.canvas = e, this.painter = null, this.drawn = "", this.geometry = null, this.table = null, this.field = ft, this.look = {
 			rgb_from_xyz: [
 				1,
 				0,
@@ -1150,17 +1150,22 @@ var ut = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 	get kind() {
 		return this.painter?.kind ?? "canvas";
 	}
+	get software() {
+		return this.painter?.software ?? !0;
+	}
 	setGeometry(e) {
-		this.geometry = e, this.canvas.width !== e.width && (this.canvas.width = e.width), this.canvas.height !== e.height && (this.canvas.height = e.height), this.painter?.setGeometry(e);
+		this.geometry = e, this.canvas.width !== e.width && (this.canvas.width = e.width), this.canvas.height !== e.height && (this.canvas.height = e.height), this.painter?.setGeometry(e), this.drawn = "";
 	}
 	setTable(e) {
-		this.table !== e && (this.table = e, this.painter?.setTable(e));
+		this.table !== e && (this.table = e, this.painter?.setTable(e), this.drawn = "");
 	}
 	setField(e) {
-		this.field = e, this.painter?.setField(e);
+		this.field = e, this.painter?.setField(e), this.drawn = "";
 	}
 	draw() {
-		return !this.geometry || !this.table || !this.painter ? !1 : (this.painter.draw(this.look), !0);
+		if (!this.geometry || !this.table || !this.painter) return !1;
+		let e = `${this.look.exposure} ${this.look.moving}`;
+		return e !== this.drawn && this.painter.draw(this.look), this.drawn = e, !0;
 	}
 	at(e, t) {
 		let n = this.geometry;
@@ -1207,7 +1212,9 @@ var ut = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 			preserveDrawingBuffer: !0
 		});
 		if (!n) throw Error("no WebGL2 here");
-		this.gl = n, this.program = ht(n), n.useProgram(this.program), [
+		this.gl = n;
+		let r = n.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? n.RENDERER;
+		this.software = /swiftshader|llvmpipe|softpipe|basic render/i.test(String(n.getParameter(r))), this.program = ht(n), n.useProgram(this.program), [
 			"front",
 			"back",
 			"behind",
@@ -1366,7 +1373,7 @@ function bt(e, t, n, r, i, a) {
 }
 var xt = class {
 	constructor(e) {
-		this.kind = "canvas", this.geometry = null, this.table = null, this.field = ft;
+		this.kind = "canvas", this.software = !0, this.geometry = null, this.table = null, this.field = ft;
 		let t = e.getContext("2d");
 		if (!t) throw Error("this browser has no canvas");
 		this.context = t;
@@ -1697,7 +1704,7 @@ function Nt({ model: e, el: t }) {
 			width: t,
 			height: Et,
 			state: r,
-			water: /* @__PURE__ */ new Float64Array(91)
+			water: () => /* @__PURE__ */ new Float64Array(91)
 		}));
 	}, u = () => {
 		if (n !== "bubble") return;

@@ -109,11 +109,10 @@ function allAngles(app: App, core: Core, stack: string, nm: number, options: { l
   return xyz;
 }
 
-/** Where a scale of thickness is marked: even steps, the last with the unit. */
+/** Where a scale of thickness is marked: even steps, the first with the unit. */
 export function tickMarks(to: number): { share: number; label: string }[] {
   const step = to > 2000 ? 500 : to > 600 ? 200 : 100;
-  const last = Math.floor(to / step);
-  return Array.from({ length: last + 1 }, (_, i) => ({ share: (i * step) / to, label: `${i * step}${i === last ? " nm" : ""}` }));
+  return Array.from({ length: Math.floor(to / step) + 1 }, (_, i) => ({ share: (i * step) / to, label: i ? `${i * step}` : "0 nm" }));
 }
 
 function scales(app: App, core: Core, stack: string, lamp: string, nm: number, angle: number): TemplateResult {
@@ -124,7 +123,7 @@ function scales(app: App, core: Core, stack: string, lamp: string, nm: number, a
   const angles = allAngles(app, core, stack, nm, options);
   const here = core.color(stack, [nm, angle], options);
   const sum = here[0] + here[1] + here[2];
-  const marks = tickMarks(to).map(({ share }) => ({ share, label: String(Math.round(share * to)) }));
+  const marks = tickMarks(to);
   const points = marks.slice(1, 5).map(({ share, label }) => {
     const [x, y, z] = core.color(stack, [share * to, 0], options);
     return { x: x / (x + y + z), y: y / (x + y + z), label };

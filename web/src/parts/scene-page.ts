@@ -97,7 +97,11 @@ export function placeMarks(app: App): void {
   }
   const bar = app.querySelector<HTMLElement>(".scale span");
   if (bar) bar.style.width = `${((app.querySelector("#picture")?.clientWidth ?? 0) / of("view_mm")).toFixed(1)}px`;
-  for (const mark of app.querySelectorAll<HTMLElement>(".axis span")) mark.style.left = `${100 * Number(mark.dataset["share"])}%`;
+  for (const mark of app.querySelectorAll<HTMLElement>(".axis span")) {
+    const share = Number(mark.dataset["share"]);
+    mark.style.left = `${100 * share}%`;
+    mark.style.transform = `translateX(-${share < 0.03 ? 0 : share > 0.97 ? 100 : 50}%)`;
+  }
   for (const mark of app.querySelectorAll<HTMLElement>(".angles span")) mark.style.top = `${100 * Number(mark.dataset["share"])}%`;
   for (const mark of app.querySelectorAll<HTMLElement>(".volts span")) {
     mark.style.left = `${100 * (BAR[0] + (BAR[1] - BAR[0]) * Number(mark.dataset["share"]))}%`;
