@@ -1,7 +1,36 @@
-//! The pages that come with this crate, read without a reader of YAML: the database writes all of them alike, and the
-//! module of the web page, which holds nothing but these, is a twentieth smaller for it. A test reads every page both ways.
+//! A page of the database as a tree. The pages that come with this crate are read without a reader of YAML: the database
+//! writes all of them alike, and the module of the web page, which holds nothing but these, is a twentieth smaller for it.
+//! A test reads every page both ways.
 
-use super::yaml::Node;
+/// A page of the database is a mapping; these are its parts that matter here.
+pub(super) enum Node {
+    /// Text, and the line on which its content starts.
+    Scalar(String, usize),
+    List(Vec<Node>, usize),
+    Map(Vec<(String, Node)>, usize),
+}
+
+impl Node {
+    pub(super) fn line(&self) -> usize {
+        match self {
+            Node::Scalar(_, line) | Node::List(_, line) | Node::Map(_, line) => *line,
+        }
+    }
+
+    pub(super) fn get(&self, key: &str) -> Option<&Node> {
+        match self {
+            Node::Map(entries, _) => entries.iter().find(|(name, _)| name == key).map(|(_, node)| node),
+            _ => None,
+        }
+    }
+
+    pub(super) fn text(&self) -> Option<&str> {
+        match self {
+            Node::Scalar(text, _) => Some(text),
+            _ => None,
+        }
+    }
+}
 
 /// Spaces before the text of a block of prose, and of a block in an entry of DATA.
 const PROSE: usize = 4;

@@ -6,7 +6,7 @@
 use saphyr_parser::{Event, Parser, ScalarStyle, Span, StrInput};
 
 use super::number::{plain, shifted};
-use super::page;
+use super::page::{self, Node};
 use super::rows::{Columns, Repeated, Row, tables};
 use super::{Data, Formula, MAX_TEXT_BYTES, Medium, Real};
 use crate::OpticsError;
@@ -19,36 +19,6 @@ const MAX_DEPTH: usize = 32;
 
 /// A page has five keys; its longest mapping or list holds about twenty entries.
 const MAX_KEYS: usize = 256;
-
-/// A page of the database is a mapping; these are its parts that matter here.
-pub(super) enum Node {
-    /// Text, and the line on which its content starts.
-    Scalar(String, usize),
-    List(Vec<Node>, usize),
-    Map(Vec<(String, Node)>, usize),
-}
-
-impl Node {
-    fn line(&self) -> usize {
-        match self {
-            Node::Scalar(_, line) | Node::List(_, line) | Node::Map(_, line) => *line,
-        }
-    }
-
-    fn get(&self, key: &str) -> Option<&Node> {
-        match self {
-            Node::Map(entries, _) => entries.iter().find(|(name, _)| name == key).map(|(_, node)| node),
-            _ => None,
-        }
-    }
-
-    fn text(&self) -> Option<&str> {
-        match self {
-            Node::Scalar(text, _) => Some(text),
-            _ => None,
-        }
-    }
-}
 
 /// Line and message of what is wrong.
 type Wrong = (usize, String);
