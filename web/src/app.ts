@@ -122,7 +122,7 @@ export class App extends LitElement {
   /** Resolves when the colours are as fine as they will be. */
   async settled(): Promise<void> {
     await this.drawn();
-    await this.until(() => Boolean(this.stage?.isSettled()));
+    await this.until(() => !this.pending && Boolean(this.stage?.isSettled()));
   }
 
   // ------------------------------------------------------------------------------------------------ state

@@ -348,6 +348,32 @@ test("the keyboard reaches and moves everything", async () => {
   }
 });
 
+test("a control that moves draws fewer pixels at once, all of them within three seconds of its rest", async (t) => {
+  await show(own.page, { scene: "wafer", environment: "uniform", angle_deg: 20, illuminant: "D65" }, true);
+  const found = await own.page.evaluate(async () => {
+    const { iridesce } = window;
+    const slider = document.querySelector("#key-angle_deg");
+    const sharp = iridesce.pixels().width;
+    slider.value = "41";
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+    await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+    const { width, height, xyz, thickness_nm, angle_deg } = iridesce.pixels();
+    const i = (height >> 1) * width + (width >> 1);
+    const lab = (v) => Array.from(iridesce.convert(v, "xyz", "lab", "D65"));
+    const exact = iridesce.color(`air / SiO2 ${thickness_nm[i]} / Si`, angle_deg[i]);
+    const moving = { width, angle: angle_deg[i], off: iridesce.delta_e(lab(xyz.slice(3 * i, 3 * i + 3)), lab(exact)) };
+    const start = performance.now();
+    await iridesce.settled();
+    const seconds = (performance.now() - start) / 1000;
+    return { sharp, moving, seconds, rested: iridesce.pixels().width, max: iridesce.table().max_delta_e, link: location.hash };
+  });
+  t.diagnostic(JSON.stringify(found));
+  assert.ok(found.moving.width * 2 <= found.sharp + 1 && Math.abs(found.moving.angle - 41) < 1 && found.moving.off <= 0.5, JSON.stringify(found));
+  // (Three seconds of a quiet machine.)
+  assert.ok(found.rested === found.sharp && found.max <= 0.1 && found.seconds < 12, JSON.stringify(found));
+  assert.match(found.link, /angle_deg=41/);
+});
+
 test("stories ask and answer with numbers of the core; the worksheet has a key", async () => {
   const { page } = own;
   for (let story = 1; story <= 6; story++) {
