@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 use rayon::prelude::*;
 
 use super::matrix::{Matrix, inverse, mul};
-use super::space::{OKLAB_FROM_ROOTS, OKLAB_LMS_FROM_XYZ, Space};
+use super::space::{OKLAB_FROM_ROOTS, OKLAB_LMS_FROM_XYZ, PRIMARIES, Space};
 use crate::OpticsError;
 
 /// Lowest linear value that does not count as outside.
@@ -61,15 +61,8 @@ struct Polynomial {
 impl Gamut {
     /// `None` for spaces without primaries.
     pub fn new(space: Space, mapping: Mapping) -> Option<Gamut> {
-        static CACHE: [OnceLock<Polynomial>; 5] = [const { OnceLock::new() }; 5];
-        let place = match space {
-            Space::Srgb | Space::LinearSrgb => 0,
-            Space::DisplayP3 => 1,
-            Space::Rec2020 => 2,
-            Space::AcesCg => 3,
-            Space::Ntsc1953 => 4,
-            _ => return None,
-        };
+        static CACHE: [OnceLock<Polynomial>; PRIMARIES] = [const { OnceLock::new() }; PRIMARIES];
+        let place = space.primaries_number()?;
         let xyz_from_rgb = space.xyz_from_rgb()?;
         let oklab = CACHE[place].get_or_init(|| {
             let cones = mul(&OKLAB_LMS_FROM_XYZ, &xyz_from_rgb);

@@ -45,6 +45,9 @@ pub enum Space {
     Ntsc1953,
 }
 
+/// How many sets of primaries [`SPACES`] have.
+pub(super) const PRIMARIES: usize = 5;
+
 /// All spaces with their names.
 pub const SPACES: [(Space, &str); 11] = [
     (Space::Xyz, "xyz"),
@@ -110,16 +113,21 @@ impl Space {
         self.matrices().map(|(forward, _)| forward)
     }
 
+    /// Which of the [`PRIMARIES`] sets a space has; `None` for spaces without any.
+    pub(super) fn primaries_number(self) -> Option<usize> {
+        match self {
+            Space::Srgb | Space::LinearSrgb => Some(0),
+            Space::DisplayP3 => Some(1),
+            Space::Rec2020 => Some(2),
+            Space::AcesCg => Some(3),
+            Space::Ntsc1953 => Some(4),
+            _ => None,
+        }
+    }
+
     fn matrices(self) -> Option<(Matrix, Matrix)> {
-        static CACHE: [OnceLock<(Matrix, Matrix)>; 5] = [const { OnceLock::new() }; 5];
-        let place = match self {
-            Space::Srgb | Space::LinearSrgb => 0,
-            Space::DisplayP3 => 1,
-            Space::Rec2020 => 2,
-            Space::AcesCg => 3,
-            Space::Ntsc1953 => 4,
-            _ => return None,
-        };
+        static CACHE: [OnceLock<(Matrix, Matrix)>; PRIMARIES] = [const { OnceLock::new() }; PRIMARIES];
+        let place = self.primaries_number()?;
         let (primaries, white) = self.primaries()?;
         Some(*CACHE[place].get_or_init(|| {
             let columns: [[f64; 3]; 3] = primaries.map(xyz_of_xy);
