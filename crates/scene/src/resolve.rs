@@ -158,53 +158,111 @@ pub enum ResolvedSource {
 /// ```
 pub fn resolve(scene: &Scene, context: &Context, watch: &Watch) -> Result<ResolvedScene, ResolveError> {
     context.maps.next_question();
-    let in_file = |error: SceneError| error.in_file(scene.origin.file.as_deref());
-    let files = scene.objects.iter().flat_map(layers_of).filter(|layer| matches!(layer, Thickness::Map { .. })).count()
-        + scene.lights.iter().filter(|light| light_file(light).is_some()).count()
-        + scene.objects.iter().map(|object| surface_files(object).count()).sum::<usize>();
-    if files > 0 {
-        watch.begin("reading", files as u64);
-    }
-    let mut environments = Vec::new();
-    for (i, light) in scene.lights.iter().enumerate() {
-        watch.check()?;
-        let Light::Environment(light) = light else { continue };
-        let key = format!("light.{i}.environment");
-        let source = match &light.source {
-            EnvironmentSource::Map(file) => {
-                let key = format!("{key}.map");
-                let map = context.maps.environment(file, watch);
-                watch.check()?;
-                let map = map.map_err(|e| in_file(e.at(&key, scene.line_of(&key))))?;
-                watch.add(1);
-                ResolvedSource::Map(map)
-            }
-            EnvironmentSource::Uniform(illuminant) => ResolvedSource::Uniform(illuminant.clone()),
-            EnvironmentSource::Studio => ResolvedSource::Map(studio()),
-            EnvironmentSource::Sky => {
-                let wrong = |e: &dyn fmt::Display| in_file(SceneError::new(e.to_string()).at(&key, None));
-                let (map, sun) = sky().map_err(|e| wrong(&e))?;
-                ResolvedSource::Sky(map, sun)
-            }
-        };
-        environments.push(ResolvedEnvironment { source, rotation_deg: light.rotation_deg, radiance: light.radiance });
-    }
-    let mut bodies = Bodies::default();
-    for object in &scene.objects {
-        watch.check()?;
-        bodies.read(scene, object, context, watch).map_err(|error| match error {
-            ResolveError::Scene(error) => ResolveError::Scene(in_file(error)),
-            stopped => stopped,
-        })?;
-    }
-    let mut layers = Vec::new();
-    let mut flowing = Flowing::default();
-    for (number, object) in scene.objects.iter().enumerate() {
-        let mut fields = Vec::new();
-        for (place, thickness) in layers_of(object).iter().enumerate() {
+    Reader { scene, context, watch }.read()
+}
+
+/// What a scene is read with. Every error is told with its file, its key and its line.
+#[derive(Clone, Copy)]
+struct Reader<'a> {
+    scene: &'a Scene,
+    context: &'a Context,
+    watch: &'a Watch,
+}
+
+impl Reader<'_> {
+    fn read(self) -> Result<ResolvedScene, ResolveError> {
+        let (scene, watch) = (self.scene, self.watch);
+        let files = self.files();
+        if files > 0 {
+            watch.begin("reading", files as u64);
+        }
+        let environments = self.environments()?;
+        let mut bodies = Bodies::default();
+        for object in &scene.objects {
             watch.check()?;
+            bodies.read(scene, object, self.context, watch).map_err(|error| match error {
+                ResolveError::Scene(error) => ResolveError::Scene(self.in_file(error)),
+                stopped => stopped,
+            })?;
+        }
+        let mut flowing = Flowing::default();
+        let mut layers = Vec::new();
+        for number in 0..scene.objects.len() {
+            layers.push(self.layers(number, &bodies, &mut flowing)?);
+        }
+        let mut files = Vec::new();
+        for (object, mesh) in scene.objects.iter().zip(&bodies.meshes) {
+            files.push(read_surface_files(scene, object, mesh.as_deref(), self.context, watch)?);
+        }
+        // After all that is quick: a map that cannot be used is told before anything flows.
+        self.flow(&bodies, &flowing, &mut layers)?;
+        let layers: Vec<Vec<ThicknessField>> =
+            layers.into_iter().map(|fields| fields.into_iter().flatten().collect()).collect();
+        self.check_totals(&layers)?;
+        let Bodies { meshes, placements, bumps, notes } = bodies;
+        Ok(ResolvedScene { recipe: scene.clone(), environments, layers, files, meshes, placements, bumps, notes })
+    }
+
+    fn in_file(self, error: SceneError) -> SceneError {
+        error.in_file(self.scene.origin.file.as_deref())
+    }
+
+    fn at(self, error: SceneError, key: &str) -> SceneError {
+        self.in_file(error.at(key, self.scene.line_of(key)))
+    }
+
+    /// How many files the scene names.
+    fn files(self) -> usize {
+        let objects = &self.scene.objects;
+        objects.iter().flat_map(layers_of).filter(|layer| matches!(layer, Thickness::Map { .. })).count()
+            + self.scene.lights.iter().filter(|light| light_file(light).is_some()).count()
+            + objects.iter().map(|object| surface_files(object).count()).sum::<usize>()
+    }
+
+    fn environments(self) -> Result<Vec<ResolvedEnvironment>, ResolveError> {
+        let mut environments = Vec::new();
+        for (i, light) in self.scene.lights.iter().enumerate() {
+            self.watch.check()?;
+            let Light::Environment(light) = light else { continue };
+            let key = format!("light.{i}.environment");
+            let source = match &light.source {
+                EnvironmentSource::Map(file) => {
+                    let key = format!("{key}.map");
+                    let map = self.context.maps.environment(file, self.watch);
+                    self.watch.check()?;
+                    let map = map.map_err(|e| self.at(e, &key))?;
+                    self.watch.add(1);
+                    ResolvedSource::Map(map)
+                }
+                EnvironmentSource::Uniform(illuminant) => ResolvedSource::Uniform(illuminant.clone()),
+                EnvironmentSource::Studio => ResolvedSource::Map(studio()),
+                EnvironmentSource::Sky => {
+                    let wrong = |e: &dyn fmt::Display| self.in_file(SceneError::new(e.to_string()).at(&key, None));
+                    let (map, sun) = sky().map_err(|e| wrong(&e))?;
+                    ResolvedSource::Sky(map, sun)
+                }
+            };
+            environments.push(ResolvedEnvironment {
+                source,
+                rotation_deg: light.rotation_deg,
+                radiance: light.radiance,
+            });
+        }
+        Ok(environments)
+    }
+
+    /// The thicknesses of an object's layers; nothing yet where a film has to flow first, which then stands in `flowing`.
+    fn layers(
+        self,
+        number: usize,
+        bodies: &Bodies,
+        flowing: &mut Flowing,
+    ) -> Result<Vec<Option<ThicknessField>>, ResolveError> {
+        let object = &self.scene.objects[number];
+        let mut fields = Vec::new();
+        for (place, thickness) in layers_of(object).into_iter().enumerate() {
+            self.watch.check()?;
             let key = layer_key(object, place);
-            let at = |e: SceneError, key: &str| in_file(e.at(key, scene.line_of(key)));
             let model = match thickness {
                 Thickness::Law(field) => {
                     fields.push(Some(field.clone()));
@@ -212,31 +270,15 @@ pub fn resolve(scene: &Scene, context: &Context, watch: &Watch) -> Result<Resolv
                 }
                 Thickness::Model(model) => model.clone(),
                 Thickness::Vertex => {
-                    let Some(mesh) = &bodies.meshes[number] else { continue };
-                    let field = ThicknessField::of_vertices(mesh)
-                        .map_err(|why| at(SceneError::new(format!("{key} {why}")), &key))?;
-                    if field.max_nm() > MAX_THICKNESS_NM {
-                        return Err(at(SceneError::new(format!("{key} {}", too_thick(field.max_nm()))), &key).into());
+                    if let Some(mesh) = &bodies.meshes[number] {
+                        fields.push(Some(self.of_vertices(mesh, &key)?));
                     }
-                    fields.push(Some(field));
                     continue;
                 }
-                Thickness::Map { file, min_nm, max_nm } => {
-                    let map_key = format!("{key}.map");
-                    let grid = context.maps.thickness(file, watch);
-                    watch.check()?;
-                    let grid = grid.map_err(|e| at(e, &map_key))?;
-                    watch.add(1);
-                    let at_end = |e: ThicknessError| {
-                        let end = format!("{key}.{}", e.argument);
-                        let line = scene.line_of(&end).or(scene.line_of(&key));
-                        in_file(SceneError::new(format!("{end} {}", e.rule())).at(end, line))
-                    };
-                    ThicknessModel::Map(grid.in_range(*min_nm, *max_nm).map_err(at_end)?)
-                }
+                Thickness::Map { file, min_nm, max_nm } => self.map(file, [*min_nm, *max_nm], &key)?,
                 Thickness::Swirls { min_nm, max_nm, seed } => {
-                    let swirls = context.maps.swirls(*min_nm, *max_nm, *seed);
-                    ThicknessModel::Map(swirls.map_err(|e| at(e, &key))?)
+                    let swirls = self.context.maps.swirls(*min_nm, *max_nm, *seed);
+                    ThicknessModel::Map(swirls.map_err(|e| self.at(e, &key))?)
                 }
                 Thickness::Flow { film, time_s } => match stored(film, *time_s) {
                     Some(field) => ThicknessModel::Flow(field),
@@ -248,38 +290,70 @@ pub fn resolve(scene: &Scene, context: &Context, watch: &Watch) -> Result<Resolv
                     }
                 },
             };
-            fields.push(Some(laid(scene, &bodies, number, place, model)?));
+            fields.push(Some(laid(self.scene, bodies, number, place, model)?));
         }
-        layers.push(fields);
+        Ok(fields)
     }
-    let mut files = Vec::new();
-    for (object, mesh) in scene.objects.iter().zip(&bodies.meshes) {
-        files.push(read_surface_files(scene, object, mesh.as_deref(), context, watch)?);
-    }
-    // After all that is quick: a map that cannot be used is told before anything flows.
-    let flowed = context.films.fields(&flowing.wanted, watch).map_err(|(which, error)| {
-        let (number, place) = flowing.places[which];
-        let key = format!("{}.flow", layer_key(&scene.objects[number], place));
-        match error {
-            FlowError::Stopped => ResolveError::Stopped,
-            other => ResolveError::Scene(in_file(SceneError::new(other.to_string()).at(&key, scene.line_of(&key)))),
+
+    fn of_vertices(self, mesh: &Mesh, key: &str) -> Result<ThicknessField, ResolveError> {
+        let wrong = |why: &str| self.at(SceneError::new(format!("{key} {why}")), key);
+        let field = ThicknessField::of_vertices(mesh).map_err(|why| wrong(&why.to_string()))?;
+        if field.max_nm() > MAX_THICKNESS_NM {
+            return Err(wrong(&too_thick(field.max_nm())).into());
         }
-    })?;
-    for (field, &(number, place)) in flowed.into_iter().zip(&flowing.places) {
-        layers[number][place] = Some(laid(scene, &bodies, number, place, ThicknessModel::Flow(field))?);
+        Ok(field)
     }
-    let layers: Vec<Vec<ThicknessField>> =
-        layers.into_iter().map(|fields| fields.into_iter().flatten().collect()).collect();
-    for (object, fields) in scene.objects.iter().zip(&layers) {
-        let total_nm: f64 = fields.iter().map(ThicknessField::max_nm).sum();
-        if total_nm > MAX_THICKNESS_NM {
-            let key = format!("object.{}.surface.coating.layers", object.name);
-            let message = format!("{key} must be at most 1e7 nm thick in all, got {total_nm:?}");
-            return Err(in_file(SceneError::new(message).at(&key, scene.line_of(&key))).into());
+
+    fn map(
+        self,
+        file: &MapFile,
+        [min_nm, max_nm]: [Option<f64>; 2],
+        key: &str,
+    ) -> Result<ThicknessModel, ResolveError> {
+        let grid = self.context.maps.thickness(file, self.watch);
+        self.watch.check()?;
+        let grid = grid.map_err(|e| self.at(e, &format!("{key}.map")))?;
+        self.watch.add(1);
+        let at_end = |e: ThicknessError| {
+            let end = format!("{key}.{}", e.argument);
+            let line = self.scene.line_of(&end).or(self.scene.line_of(key));
+            self.in_file(SceneError::new(format!("{end} {}", e.rule())).at(end, line))
+        };
+        Ok(ThicknessModel::Map(grid.in_range(min_nm, max_nm).map_err(at_end)?))
+    }
+
+    /// Lets all films flow that have to, and lays them where they belong.
+    fn flow(
+        self,
+        bodies: &Bodies,
+        flowing: &Flowing,
+        layers: &mut [Vec<Option<ThicknessField>>],
+    ) -> Result<(), ResolveError> {
+        let flowed = self.context.films.fields(&flowing.wanted, self.watch).map_err(|(which, error)| {
+            let (number, place) = flowing.places[which];
+            let key = format!("{}.flow", layer_key(&self.scene.objects[number], place));
+            match error {
+                FlowError::Stopped => ResolveError::Stopped,
+                other => ResolveError::Scene(self.at(SceneError::new(other.to_string()), &key)),
+            }
+        })?;
+        for (field, &(number, place)) in flowed.into_iter().zip(&flowing.places) {
+            layers[number][place] = Some(laid(self.scene, bodies, number, place, ThicknessModel::Flow(field))?);
         }
+        Ok(())
     }
-    let Bodies { meshes, placements, bumps, notes } = bodies;
-    Ok(ResolvedScene { recipe: scene.clone(), environments, layers, files, meshes, placements, bumps, notes })
+
+    fn check_totals(self, layers: &[Vec<ThicknessField>]) -> Result<(), SceneError> {
+        for (object, fields) in self.scene.objects.iter().zip(layers) {
+            let total_nm: f64 = fields.iter().map(ThicknessField::max_nm).sum();
+            if total_nm > MAX_THICKNESS_NM {
+                let key = format!("object.{}.surface.coating.layers", object.name);
+                let message = format!("{key} must be at most 1e7 nm thick in all, got {total_nm:?}");
+                return Err(self.at(SceneError::new(message), &key));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// What stands in files of an object's surface, thicknesses aside.
