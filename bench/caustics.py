@@ -1,118 +1,120 @@
-"""A small lamp through a glass ball onto a floor: the picture against a light-traced reference, and its noise.
+"""A small lamp through a glass ball onto a floor: pictures against rays from the lamp, and their noise beside a peer's.
 
-    python bench/caustics.py [--radius 0.001] [--samples 4096] [--seeds 8]
+    python bench/caustics.py [--radius 0.001] [--samples 16 64 256] [--seeds 8] [--threads 2]
+                             [--peer PYTHON [--peer-samples 16384]]
 
-The reference follows rays from the lamp through the ball (both polarisations by Fresnel, inner mirrors included) and
-counts what reaches the part of the floor that the picture shows; the renderer finds the same light only where a branch
-from the floor happens to meet the lamp.
+The reference follows rays from the lamp through and off the ball (`oracles/ball_caustic.py` of the tests) onto each pixel. PYTHON
+has `mitsuba` 3.9.1 and renders the same picture with `path` and with `ptracer`, in turn with ours; times are of single calls, the
+first of which is not counted on either side.
+
+    relMSE     = mean over pixels and seeds of (x / reference - 1)^2
+    efficiency = 1 / (relMSE x seconds)
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import subprocess
+import sys
+import tempfile
 import time
+from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python" / "tests"))
 import iridesce as ir
+from oracles.ball_caustic import BallCaustic
 
-INDEX, BALL_Y, BALL_RADIUS, LAMP_Y = 1.5, 1.2, 0.5, 4.0
-SIDES = (0.06 * np.sqrt(10.0) / 2.0, 0.09)  # of the floor in the picture, half, along x and z
+BALL = BallCaustic()
 REFLECTANCE = 0.5
+SIZE = (24, 8)
+HEIGHT = 0.06  # of the picture; the view comes from 3 across and 1 up
 
 
-def fresnel(cos, index):
-    """Power reflectances of s and p light that comes from a medium of relative index 1 into ``index``, and the cosine beyond."""
-    inner2 = 1.0 - (1.0 - cos**2) / index**2
-    inner = np.sqrt(np.maximum(inner2, 0.0))
-    s = ((cos - index * inner) / (cos + index * inner)) ** 2
-    p = ((index * cos - inner) / (index * cos + inner)) ** 2
-    return np.where(inner2 > 0, s, 1.0), np.where(inner2 > 0, p, 1.0), inner
-
-
-def reference(radiance, lamp_radius, rings=40_000):
-    """Mean irradiance of the floor in the picture, by angle from the axis: lamp and ball are round."""
-    half = np.arcsin(BALL_RADIUS / (LAMP_Y - BALL_Y))
-    low = 1.0 - np.cos(half)
-    less = low * (np.arange(rings) + 0.5) / rings
-    angle = np.arccos(1.0 - less)
-    intensity = radiance * np.pi * lamp_radius**2
-    power = np.full((2, rings), 0.5 * intensity * 2.0 * np.pi * low / rings)
-    position = np.stack([np.zeros(rings), np.full(rings, LAMP_Y - BALL_Y)])
-    direction = np.stack([np.sin(angle), -np.cos(angle)])
-
-    def onto_ball(position, direction, inside):
-        along = (position * direction).sum(0)
-        reach = np.sqrt(np.maximum(along**2 - (position**2).sum(0) + BALL_RADIUS**2, 0.0))
-        return position + direction * (-2.0 * along if inside else -along - reach)
-
-    position = onto_ball(position, direction, False)
-    total = 0.0
-    azimuth = np.linspace(0.0, 2.0 * np.pi, 721)[:-1]
-    cos = -(direction * position).sum(0) / BALL_RADIUS
-    r_s, r_p, inner = fresnel(cos, INDEX)
-    power = power * np.stack([1.0 - r_s, 1.0 - r_p])
-    normal = position / BALL_RADIUS
-    direction = direction / INDEX + normal * (cos / INDEX - inner)
-    for _ in range(6):
-        position = onto_ball(position, direction, True)
-        normal = position / BALL_RADIUS
-        cos = (direction * normal).sum(0)
-        r_s, r_p, outer = fresnel(cos, 1.0 / INDEX)
-        passed = power * np.stack([1.0 - r_s, 1.0 - r_p])
-        out = direction * INDEX + normal * (outer - cos * INDEX)
-        place = position[0] - out[0] * (position[1] + BALL_Y) / np.minimum(out[1], -1e-9)
-        near = (out[1] < 0) & (np.abs(place) < np.hypot(*SIDES))
-        across, along = np.abs(place[near, None] * np.cos(azimuth)), np.abs(place[near, None] * np.sin(azimuth))
-        share = ((across < SIDES[0]) & (along < SIDES[1])).mean(axis=1)
-        total += (passed[:, near] * share).sum()
-        power = power - passed
-        direction = direction - 2.0 * cos * normal
-    return total / (4.0 * SIDES[0] * SIDES[1])
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--radius", type=float, default=0.001)
-    parser.add_argument("--samples", type=int, default=4096)
-    parser.add_argument("--seeds", type=int, default=8)
-    asked = parser.parse_args()
-    radiance = 1.0 / (np.pi * asked.radius**2)
-    scene = ir.Scene.load(
+def scene(radius: float, samples: int) -> ir.Scene:
+    """The middle of the caustic, a lamp of intensity 1."""
+    return ir.Scene.load(
         {
             "version": 1,
             "camera": {
                 "position": [3.0, 1.0, 0.0],
                 "target": [0, 0, 0],
-                "orthographic_height": 0.06,
-                "resolution": [24, 8],
+                "orthographic_height": HEIGHT,
+                "resolution": list(SIZE),
             },
-            "render": {"samples": asked.samples},
+            "render": {"samples": samples},
             "object": [
                 {"name": "floor", "shape": {"plane": {}}, "surface": {"diffuse": {"reflectance": REFLECTANCE}}},
                 {
                     "name": "ball",
-                    "shape": {"sphere": {"center": [0, BALL_Y, 0], "radius": BALL_RADIUS}},
-                    "surface": {"dielectric": {"medium": INDEX}},
+                    "shape": {"sphere": {"center": [0, BALL.height, 0], "radius": BALL.radius}},
+                    "surface": {"dielectric": {"medium": BALL.index}},
                 },
                 {
                     "name": "lamp",
-                    "shape": {"sphere": {"center": [0, LAMP_Y, 0], "radius": asked.radius}},
-                    "surface": {"emitter": {"radiance": radiance}},
+                    "shape": {"sphere": {"center": [0, BALL.lamp_height, 0], "radius": radius}},
+                    "surface": {"emitter": {"radiance": 1.0 / (np.pi * radius**2)}},
                 },
             ],
             "light": [{"environment": {"illuminant": "D65", "radiance": 0.0}}],
         }
     )
-    wanted = REFLECTANCE * reference(radiance, asked.radius) / np.pi
-    start = time.perf_counter()
-    means = np.array([ir.render(scene, seed=seed).xyz[..., 1].mean(dtype=np.float64) for seed in range(asked.seeds)])
-    seconds = time.perf_counter() - start
-    print(f"light-traced mean: Y = {wanted:.5f}")
+
+
+def reference(fine: int = 16) -> np.ndarray:
+    """Y of every pixel, of a lamp without size."""
+    edges = np.linspace(0.0, 0.14, 281)
+    profile = BALL.irradiance(edges, rays=4_000_000)
+    width, height = SIZE
+    across = ((np.arange(width * fine) + 0.5) / (0.5 * width * fine) - 1.0) * HEIGHT / 2.0 * width / height
+    along = ((np.arange(height * fine) + 0.5) / (0.5 * height * fine) - 1.0) * HEIGHT / 2.0 * np.sqrt(10.0)
+    shown = np.interp(np.hypot(across, along[:, None]), 0.5 * (edges[1:] + edges[:-1]), profile)
+    return REFLECTANCE / np.pi * shown.reshape(height, fine, width, fine).mean(axis=(1, 3))
+
+
+def row(name: str, samples: int, pictures: np.ndarray, seconds: list[float], wanted: np.ndarray) -> None:
+    """Prints one row of the table."""
+    means = pictures.mean(axis=(1, 2)) / wanted.mean()
+    error = float(np.mean((pictures / wanted - 1.0) ** 2))
+    took = float(np.median(seconds))
+    spread = means.std(ddof=1) / np.sqrt(len(means))
     print(
-        f"rendered: {means.mean():.5f} +- {means.std(ddof=1) / np.sqrt(len(means)):.5f} of {asked.seeds} seeds, {seconds:.1f} s"
+        f"| {name} | {samples} | {took:.3f} | {means.mean():.4f} +- {spread:.4f} | {error:.2e} | {1.0 / (error * took):.3g} |",
+        flush=True,
     )
-    print(f"relative MSE of one picture's mean: {((means / wanted - 1.0) ** 2).mean():.3g}")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--radius", type=float, default=0.001)
+    parser.add_argument("--samples", type=int, nargs="+", default=[16, 64, 256])
+    parser.add_argument("--seeds", type=int, default=8)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--peer", help="a Python that has the peer")
+    parser.add_argument("--peer-samples", type=int, default=16384)
+    asked = parser.parse_args()
+    wanted = reference()
+    print("| | samples/pixel | s | mean over the reference | relMSE | efficiency |\n|---|---|---|---|---|---|")
+    for samples in asked.samples:
+        own = scene(asked.radius, samples)
+        ir.render(own, samples=1, threads=asked.threads)
+        pictures, seconds = [], []
+        for seed in range(asked.seeds):
+            start = time.perf_counter()
+            pictures.append(ir.render(own, seed=seed, threads=asked.threads).xyz[..., 1].astype(np.float64))
+            seconds.append(time.perf_counter() - start)
+        row("iridesce", samples, np.array(pictures), seconds, wanted)
+    for integrator in ("path", "ptracer") if asked.peer else ():
+        with tempfile.TemporaryDirectory() as folder:
+            out = Path(folder) / "peer.npy"
+            command = [asked.peer, str(Path(__file__).with_name("peer_caustics.py")), integrator]
+            command += [str(asked.peer_samples), str(out), "--seeds", str(asked.seeds), "--radius", str(asked.radius)]
+            command += ["--threads", str(asked.threads)]
+            told = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
+            seconds = [json.loads(line)["seconds"] for line in told if line.startswith("{")]
+            row(f"mitsuba {integrator}", asked.peer_samples, np.load(out).astype(np.float64), seconds, wanted)
 
 
 if __name__ == "__main__":

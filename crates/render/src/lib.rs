@@ -44,6 +44,8 @@ pub mod framebuffer;
 pub mod image;
 
 mod camera;
+mod caustics;
+mod chain;
 mod coating;
 mod coherence;
 mod enclosing;
@@ -65,6 +67,7 @@ mod render;
 mod rough;
 mod sampler;
 mod spectral;
+mod specular_ray;
 mod tile_sums;
 mod tiles;
 mod variance;

@@ -10,6 +10,7 @@ use crate::geometry::{Geometry, Hit};
 use crate::integrator::extras::Extras;
 use crate::levels::{Lit, Spectra, levels_for, spectra};
 use crate::lights::chooser::Extent;
+use crate::lights::seeds::Seeds;
 use crate::lights::{EmittingObject, EnvironmentLight};
 use crate::materials::{DiffuseColor, Material, materials, shown_index};
 use crate::medium_stack::{Media, MediumStack, SURROUNDING};
@@ -56,6 +57,10 @@ pub struct Prepared {
     camera_media: MediumStack,
     /// Its rays start at different places, which may lie within different media.
     is_camera_wide: bool,
+    /// Of the whole picture, in pixels.
+    pub size: [u32; 2],
+    /// Where mirrors and lenses throw the light of small lamps, if anywhere ([`crate::caustics`]).
+    pub seeds: Option<Seeds>,
     /// Path difference up to which the lights of the scene show fringes of films, nm; beyond it their mean counts.
     pub seen_nm: f64,
     /// The same spectra ever finer: a pixel takes the coarsest that resolves the fringes it shows.
@@ -131,6 +136,8 @@ impl Prepared {
             shown_indices: media.list().iter().map(shown_index).collect::<Result<_, _>>()?,
             media,
             materials: materials.list,
+            size: [width, height],
+            seeds: None,
             seen_nm,
             levels,
         })
@@ -144,7 +151,12 @@ impl Prepared {
         if !self.is_camera_wide {
             return self.camera_media;
         }
-        enclosing_media(&self.geometry, &self.bodies, |medium| self.media.priority(medium), ray.origin)
+        self.media_at(ray.origin)
+    }
+
+    /// The media around a place.
+    pub fn media_at(&self, place: Vec3) -> MediumStack {
+        enclosing_media(&self.geometry, &self.bodies, |medium| self.media.priority(medium), place)
     }
 
     /// Linear Rec.709 of a diffuse surface where a ray has met it, if a picture is laid over it.
@@ -156,6 +168,24 @@ impl Prepared {
             return Some(map.at_uv([met.u, met.v]));
         }
         Some(map.at(hit.point.to_array()))
+    }
+
+    /// What a ray from a surface meets next, straight through surfaces that a stronger medium hides; `medium` becomes what
+    /// is around it there.
+    #[inline(always)]
+    pub fn next_that_is_there(&self, from: &Hit, direction: Vec3, medium: &mut MediumStack) -> Option<Hit> {
+        let mut next = self.geometry.nearest(&Ray { origin: from.point, direction }, Some(from));
+        if self.has_priorities {
+            while let Some(hit) = next
+                && let Some(behind) = self.behind_hidden(&hit, direction, *medium)
+            {
+                *medium = behind;
+                next = self.geometry.nearest(&Ray { origin: hit.point, direction }, Some(&hit));
+                // As far as from the surface.
+                next = next.map(|beyond| Hit { distance: beyond.distance + hit.distance, ..beyond });
+            }
+        }
+        next
     }
 
     /// What a path is within behind a surface that is not there, since a stronger medium rules; `None` where it is there.

@@ -4,9 +4,17 @@ use iridesce_numerics::Vec3;
 
 use crate::camera::Ray;
 use crate::coating::IndexTable;
-use crate::geometry::Hit;
+use crate::geometry::{Geometry, Hit};
 use crate::materials::{LayerSurface, Material};
 use crate::prepare::Prepared;
+use crate::spectral::Bands;
+
+/// Directions of one refracted path that differ by less than this over the spectrum (radians) count as one: a tenth of
+/// a pixel of any picture.
+const SAME_DIRECTION: f64 = 1e-4;
+
+/// Least cosine to the surface itself at which shading normals mirror.
+const LEAST_RISE: f64 = 0.01;
 
 /// Most clear surfaces through which a film is looked for.
 const CLEAR_SURFACES: usize = 8;
@@ -29,6 +37,51 @@ pub fn refracted_direction(
     let ratio = ratio(media, place);
     let cosine2 = 1.0 - ratio * ratio * (1.0 - cos_theta * cos_theta).max(0.0);
     (cosine2 > 0.0).then(|| (direction * ratio + facing * (ratio * cos_theta - cosine2.sqrt())).normalized())
+}
+
+/// Whether a surface parts the wavelengths of a path that comes to it at an angle of this cosine.
+#[inline(always)]
+pub fn is_parted(bands: &Bands, cos_theta: f64, media: [&IndexTable; 2]) -> bool {
+    let sine2 = (1.0 - cos_theta * cos_theta).max(0.0);
+    // Indices are smooth: their ratio at the ends of the spectrum tells how far the directions spread.
+    let [first, last, middle] = [bands.ends[0], bands.ends[1], bands.middle].map(|node| ratio(media, node));
+    let spread = (first - last).abs() * sine2.sqrt();
+    let most = first.max(last).max(middle);
+    let least = 1.0 - most * most * sine2;
+    spread > 0.0 && (least <= 0.0 || spread > SAME_DIRECTION * least.sqrt())
+}
+
+/// Fresnel's reflectance of unpolarised light at a bare surface. `ratio`: the index before it over that beyond.
+#[inline(always)]
+pub fn bare_reflectance(cos: f64, ratio: f64) -> f64 {
+    let cosine2 = 1.0 - ratio * ratio * (1.0 - cos * cos);
+    if cosine2 <= 0.0 {
+        return 1.0;
+    }
+    let beyond = cosine2.sqrt();
+    let s = (ratio * cos - beyond) / (ratio * cos + beyond);
+    let p = (cos - ratio * beyond) / (cos + ratio * beyond);
+    0.5 * (s * s + p * p)
+}
+
+/// The normal by which a surface mirrors a path: the shading normal, bent back as far as it takes for the mirrored path to
+/// leave on the side from which it came (A. Keller et al., "The iray light transport simulation and rendering system",
+/// arXiv:1705.01263, section A.3).
+#[inline(never)]
+pub fn shading_normal(geometry: &Geometry, hit: &Hit, direction: Vec3) -> Vec3 {
+    let wanted = geometry.interaction(hit).shading_normal;
+    let own = hit.normal;
+    let side = if direction.dot(own) < 0.0 { 1.0 } else { -1.0 };
+    let (facing, own_facing) = (wanted * side, own * side);
+    let mirror = direction - facing * (2.0 * direction.dot(facing));
+    let rise = mirror.dot(own_facing);
+    let least = LEAST_RISE.min(-direction.dot(own_facing));
+    if rise >= least && direction.dot(facing) < 0.0 {
+        return wanted;
+    }
+    let lifted = (mirror + own_facing * (least - rise).max(0.0)).normalized();
+    let bent = lifted - direction;
+    if bent.length_squared() < 1e-12 { own } else { bent.normalized() * side }
 }
 
 /// The film, or the layer, that a camera ray shows.

@@ -9,6 +9,7 @@ use iridesce_numerics::{Watch, simd};
 use iridesce_scene::{ResolvedScene, Scene};
 use rayon::prelude::*;
 
+use crate::caustics;
 use crate::framebuffer::{Framebuffer, KeepOptions, RenderError, RenderInfo, RenderOptions};
 use crate::integrator::extras::Extras;
 use crate::keep::Keeper;
@@ -116,18 +117,24 @@ pub fn render_at(
 /// [`Prepared`] that can be stopped: the hierarchy of a mesh of millions of triangles takes seconds.
 fn prepared(scene: &ResolvedScene, options: &RenderOptions, watch: &Watch) -> Result<Prepared, RenderError> {
     if (0..scene.recipe.objects.len()).all(|object| scene.mesh(object).is_none()) {
-        return Prepared::new(scene, options);
+        return with_seeds(scene, options);
     }
     let (scene, options, threads) = (scene.clone(), options.clone(), rayon::current_num_threads());
     let no_thread =
         |why: &dyn std::fmt::Display| RenderError::Resource(format!("cannot start {threads} threads: {why}"));
     // Whoever is left behind keeps no thread of the caller's pool.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| no_thread(&error))?;
-    aside(watch, move || pool.install(|| Prepared::new(&scene, &options))).unwrap_or_else(|none| match none {
+    aside(watch, move || pool.install(|| with_seeds(&scene, &options))).unwrap_or_else(|none| match none {
         NoAnswer::Stopped => Err(RenderError::Cancelled),
         NoAnswer::NoThread(why) => Err(no_thread(&why)),
         NoAnswer::Panicked => panic!("a scene could not be prepared"),
     })
+}
+
+fn with_seeds(scene: &ResolvedScene, options: &RenderOptions) -> Result<Prepared, RenderError> {
+    let mut prepared = Prepared::new(scene, options)?;
+    prepared.seeds = caustics::seeds(&prepared);
+    Ok(prepared)
 }
 
 fn draw(

@@ -158,18 +158,11 @@ impl Tree {
     pub fn new(parts: Vec<Part>, kinds: Vec<Kind>, to_object: Vec<Affine>) -> Tree {
         let (mut boxes, mut bounded, mut unbounded) = (Vec::new(), Vec::new(), Vec::new());
         for (number, part) in parts.iter().enumerate() {
-            let own = match &kinds[part.kind as usize] {
-                Kind::Shape(shape) => shape.bounds(),
-                Kind::Cylinder(cylinder) => Some(cylinder.bounds()),
-                Kind::Patch(patch) => Some(patch.bounds()),
-                Kind::Mesh(mesh) => Some(*mesh.bounds()),
-            };
-            let Some(own) = own else {
+            let Some(own) = bounds(part, &kinds, &to_object) else {
                 unbounded.push(number as u32);
                 continue;
             };
-            let back = to_object.get(part.placement as usize).and_then(Affine::inverse);
-            boxes.push(back.map_or(own, |by| Bounds::of(own.corners().map(|corner| by.point(corner)))));
+            boxes.push(own);
             bounded.push(number as u32);
         }
         let mut order = Vec::with_capacity(bounded.len());
@@ -179,6 +172,11 @@ impl Tree {
             (first, numbers.len())
         });
         Tree { level: simd::level_or_best(), hierarchy, order, unbounded, parts, kinds, to_object }
+    }
+
+    /// The box of a part in the world; `None` without an end.
+    pub fn bounds(&self, part: usize) -> Option<Bounds> {
+        bounds(&self.parts[part], &self.kinds, &self.to_object)
     }
 
     #[inline(never)]
@@ -248,6 +246,18 @@ impl Tree {
             _ => None,
         }
     }
+}
+
+/// The box of a part in the world; `None` without an end.
+fn bounds(part: &Part, kinds: &[Kind], to_object: &[Affine]) -> Option<Bounds> {
+    let own = match &kinds[part.kind as usize] {
+        Kind::Shape(shape) => shape.bounds()?,
+        Kind::Cylinder(cylinder) => cylinder.bounds(),
+        Kind::Patch(patch) => patch.bounds(),
+        Kind::Mesh(mesh) => *mesh.bounds(),
+    };
+    let back = to_object.get(part.placement as usize).and_then(Affine::inverse);
+    Some(back.map_or(own, |by| Bounds::of(own.corners().map(|corner| by.point(corner)))))
 }
 
 /// A ray and a distance along it, as an object sees them.

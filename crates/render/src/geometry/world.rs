@@ -4,6 +4,7 @@ use iridesce_numerics::Vec3;
 use iridesce_scene::{ResolvedScene, Surface};
 
 use super::area::AreaSampler;
+use super::bounds::Bounds;
 use super::charts::Charts;
 use super::parts::{Kind, Tree, placed};
 use super::{Hit, Interaction, Shape};
@@ -205,6 +206,22 @@ impl Geometry {
         let middle = places.iter().fold(Vec3::default(), |sum, place| sum + *place) * (1.0 / places.len() as f64);
         let radius2 = places.iter().map(|place| (*place - middle).length_squared()).fold(0.0, f64::max);
         Some((middle, radius2, area.total()))
+    }
+
+    /// A ball around an object; `None` of what has no end.
+    pub fn ball(&self, object: usize) -> Option<(Vec3, f64)> {
+        if let Some(&Shape::Sphere { center, radius, .. }) = self.simple_shape(object) {
+            return Some((center, radius));
+        }
+        let bounds = match &self.tree {
+            None => self.shapes[object].bounds()?,
+            Some(tree) => {
+                let parts = tree.parts_of(object as u32);
+                parts.map(|part| tree.bounds(part)).try_fold(Bounds::EMPTY, |all, own| Some(all.union(&own?)))?
+            }
+        };
+        let [min, max] = [bounds.min, bounds.max].map(Vec3::from);
+        Some(((min + max) * 0.5, (max - min).length_squared().sqrt() * 0.5))
     }
 
     /// The normals of the planes among the objects that count.

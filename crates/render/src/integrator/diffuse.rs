@@ -51,6 +51,7 @@ impl Tracer<'_> {
         let density = height * std::f64::consts::FRAC_1_PI;
         let scattered = (!is_dark).then_some(Scattered { origin: hit.point, density });
         let continuation = self.continuation(&hit, direction, path.medium, scattered);
+        self.depart(path, facing, direction, scattered);
         if let Continuation::Surface(next) = continuation {
             (path.hit, path.direction, path.axis) = (next, direction, frame(direction).0);
             path.since = Since::scattering(scattered);
@@ -105,6 +106,11 @@ impl Scatters for Lambertian {
     #[inline(always)]
     fn density(&self, direction: Vec3) -> f64 {
         direction.dot(self.facing) * std::f64::consts::FRAC_1_PI
+    }
+
+    #[inline(always)]
+    fn facing(&self) -> Vec3 {
+        self.facing
     }
 
     #[inline(always)]

@@ -3,7 +3,8 @@
 //! What a branch that the surface sends on can find as well is shared out between the two techniques by the balance
 //! heuristic, in proportion to their densities per solid angle
 //! (E. Veach, L. J. Guibas, "Optimally combining sampling techniques for Monte Carlo rendering", SIGGRAPH 1995). Films do not bend light, so a point sees the lights straight through them: both techniques count
-//! such a film as part of the way. Mirrors find lights by BSDF sampling only, and those without size not at all.
+//! such a film as part of the way. Mirrors find lights by BSDF sampling only, and those without size not at all; what they throw onto
+//! surfaces that scatter is sampled in `caustics.rs`.
 //!
 //! A few lights are all sampled; of many, two are, in proportion to what is expected of them ([`crate::lights::chooser`]). The
 //! maps are always sampled.
@@ -12,15 +13,15 @@ use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 
 use super::escape::Share;
-use super::{Path, Scattered, Since, Sums, Target, Tracer, shading_normal};
-use crate::camera::Ray;
+use super::{Path, Scattered, Since, Sums, Target, Tracer};
+use crate::chain::Chain;
 use crate::failure::PathFailure;
 use crate::film::Phase;
 use crate::geometry::{Hit, cone_density, cone_direction};
 use crate::lights::Source;
 use crate::lights::chooser::{FEW, LightId, PICKS, pick};
 use crate::materials::Material;
-use crate::medium_stack::MediumStack;
+use crate::refraction::shading_normal;
 use crate::sampler::Choices;
 
 /// Density of a surface's own branch, over that of light sampling, below which it does not look for a sun at all: a diffuse
@@ -32,6 +33,9 @@ pub(super) trait Scatters {
     /// Probability per solid angle with which the surface itself sends its branch on in a direction; more than 0 wherever
     /// [`Scatters::evaluate`] gives anything.
     fn density(&self, direction: Vec3) -> f64;
+
+    /// The normal of the surface itself on the side from which the path has come.
+    fn facing(&self) -> Vec3;
 
     /// Makes of `onward`, a copy of the path at the surface, the path that goes on in `direction`, and gives the factor by
     /// which all its weights are still to be multiplied: both together are BSDF times cosine.
@@ -98,6 +102,12 @@ impl Tracer<'_> {
             }
         }
         self.expected = expected;
+        if self.scene.seeds.is_some() {
+            simd.vectorize(
+                #[inline(always)]
+                || self.caustic_light(simd, path, scatters, sums, choices),
+            );
+        }
     }
 
     /// Samples a light that is sampled so many times on average.
@@ -155,7 +165,7 @@ impl Tracer<'_> {
         let scene = self.scene;
         let mut left = distance;
         let mut medium = path.medium;
-        let mut next = self.next_that_is_there(&path.hit, direction, &mut medium);
+        let mut next = scene.next_that_is_there(&path.hit, direction, &mut medium);
         // Not before it is known that anything at all comes from there; beyond the surface others may be hidden.
         let mut arrives = self.may_arrive(next.as_ref(), light, left);
         if !arrives && !scene.has_priorities {
@@ -168,7 +178,7 @@ impl Tracer<'_> {
                 if way.medium != path.medium {
                     // It passed the surface: what is hidden from there may be another.
                     medium = way.medium;
-                    next = self.next_that_is_there(&path.hit, direction, &mut medium);
+                    next = scene.next_that_is_there(&path.hit, direction, &mut medium);
                     arrives = self.may_arrive(next.as_ref(), light, left);
                 }
                 way.medium = medium;
@@ -187,30 +197,11 @@ impl Tracer<'_> {
                     }
                 }
                 let from = way.hit;
-                next = self.next_that_is_there(&from, direction, &mut way.medium);
+                next = scene.next_that_is_there(&from, direction, &mut way.medium);
                 arrives = self.may_arrive(next.as_ref(), light, left);
             }
         }
         self.free.push(slot);
-    }
-
-    /// What a ray from a surface meets next, straight through surfaces that a stronger medium hides; `medium` becomes what
-    /// is around it there.
-    #[inline(always)]
-    fn next_that_is_there(&self, from: &Hit, direction: Vec3, medium: &mut MediumStack) -> Option<Hit> {
-        let scene = self.scene;
-        let mut next = scene.geometry.nearest(&Ray { origin: from.point, direction }, Some(from));
-        if scene.has_priorities {
-            while let Some(hit) = next
-                && let Some(behind) = scene.behind_hidden(&hit, direction, *medium)
-            {
-                *medium = behind;
-                next = scene.geometry.nearest(&Ray { origin: hit.point, direction }, Some(&hit));
-                // As far as from the surface.
-                next = next.map(|beyond| Hit { distance: beyond.distance + hit.distance, ..beyond });
-            }
-        }
-        next
     }
 
     #[inline(always)]
@@ -249,7 +240,7 @@ impl Tracer<'_> {
         way.hit = next;
         if self.scene.geometry.is_shaded(next.object) {
             // As what goes on by the surface's own branch meets it.
-            way.hit.normal = shading_normal(self.scene, way);
+            way.hit.normal = shading_normal(&self.scene.geometry, &way.hit, way.direction);
         }
         if let Some(rough) = &film.rough {
             return simd.vectorize(
@@ -258,25 +249,38 @@ impl Tracer<'_> {
             );
         }
         self.rotate_stokes_frame(simd, way);
-        let cos_theta = way.direction.dot(way.hit.normal).abs().min(1.0) as f32;
-        let to = [Target::Nowhere, Target::Slot(slot)];
-        // What it would be mirrored to is not looked at: the other branch does that.
-        let mut unused = Sums([f32x16::splat(simd, 0.0); 3]);
-        if phase == Phase::Single {
-            self.split_film(simd, way, film.number, cos_theta, thickness as f32, to, &mut unused);
-        } else {
-            let at = (way.direction.dot(way.hit.normal).abs().min(1.0), thickness, phase);
-            simd.vectorize(
-                #[inline(always)]
-                || self.split_long_film(simd, way, film.number, at, to, &mut unused),
-            );
-        }
+        self.take_branch_of_film(simd, way, film.number, (thickness, phase), false);
         way.is_unpolarized = false;
         true
     }
 
+    /// Makes of what a path carries what a film mirrors of it, or passes.
     #[inline(always)]
-    fn contribute<S: Simd>(&mut self, simd: S, way: &Path, light: LightId, factor: f32, sums: &mut Sums<S>) {
+    pub(super) fn take_branch_of_film<S: Simd>(
+        &mut self,
+        simd: S,
+        way: &Path,
+        film: usize,
+        (thickness, phase): (f64, Phase),
+        mirrors: bool,
+    ) {
+        let cos_theta = way.direction.dot(way.hit.normal).abs().min(1.0);
+        let mut to = [Target::Nowhere; 2];
+        to[usize::from(!mirrors)] = Target::Slot(way.slot);
+        // The other branch is not looked at: that goes its own way.
+        let mut unused = Sums([f32x16::splat(simd, 0.0); 3]);
+        if phase == Phase::Single {
+            self.split_film(simd, way, film, cos_theta as f32, thickness as f32, to, &mut unused);
+        } else {
+            simd.vectorize(
+                #[inline(always)]
+                || self.split_long_film(simd, way, film, (cos_theta, thickness, phase), to, &mut unused),
+            );
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn contribute<S: Simd>(&mut self, simd: S, way: &Path, light: LightId, factor: f32, sums: &mut Sums<S>) {
         if light == LightId::Maps {
             self.make_room(simd, 1);
             let out = self.escaped.push(way.direction, Share { maps: 1.0, sun: None });
@@ -322,7 +326,10 @@ impl Tracer<'_> {
         let is_backdrop = path.since == Since::Camera;
         for sun in 0..lights.suns.len() {
             if lights.suns[sun].is_at(path.direction) && !(is_backdrop && lights.suns[sun].is_of_sky) {
-                let share = self.sun_mis_weight(sun, scattered);
+                let mut share = self.sun_mis_weight(sun, scattered);
+                if path.since == Since::Bend && path.chain != Chain::UNTOLD {
+                    share *= self.caustic_mis_weight(path, path.chain, LightId::Sun(sun));
+                }
                 self.add_light(simd, path, LightId::Sun(sun), share, sums);
             }
         }

@@ -23,7 +23,7 @@ pub struct Share {
 /// Paths that have escaped from the scene.
 pub struct Escaped {
     directions: [Lanes; 3],
-    shares: [Share; LANES],
+    pub(super) shares: [Share; LANES],
     /// Sum of s and p weights: spectrum of path i from `i * blocks`. Empty for paths that met nothing.
     pub carried: Vec<Lanes>,
     pub count: usize,

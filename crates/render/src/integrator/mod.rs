@@ -13,6 +13,7 @@
 //! `max_depth`, one is chosen in proportion to luminance. So no weight ever grows, and the walk ends. In a uniform
 //! environment nothing at all is left to chance.
 
+mod caustics;
 mod diffuse;
 mod direct;
 mod escape;
@@ -32,6 +33,8 @@ use iridesce_numerics::turns::exp2;
 use self::escape::{Escaped, Share};
 use self::extras::Extras;
 use crate::camera::Ray;
+use crate::caustics::Memory;
+use crate::chain::Chain;
 use crate::failure::PathFailure;
 use crate::film::Phase;
 use crate::geometry::{Hit, frame};
@@ -41,6 +44,7 @@ use crate::lights::chooser::LightId;
 use crate::materials::Material;
 use crate::medium_stack::MediumStack;
 use crate::prepare::Prepared;
+use crate::refraction::shading_normal;
 use crate::sampler::Choices;
 use crate::variance::MOST_BATCHES;
 
@@ -51,9 +55,6 @@ const FAINT: f32 = 2e-4;
 /// Probability to survive at hits beyond `max_depth` where hardly anything may be lost, diffuse ones and those of very long walks:
 /// without it a walk among perfect whites, or within perfect mirrors, would never end.
 const LATE_SURVIVAL: f32 = 0.95;
-
-/// Least cosine to the surface itself at which shading normals mirror.
-const LEAST_RISE: f64 = 0.01;
 
 /// Planes of incidence closer than this (sine of the angle between them) count as one: the second-order error is 1e-10.
 const SAME_PLANE: f64 = 1e-5;
@@ -78,6 +79,8 @@ struct Path {
     band: Option<f64>,
     /// What it has come from straight, through films or nothing.
     since: Since,
+    /// What it has done since it was scattered, where caustics are sampled.
+    chain: Chain,
 }
 
 /// What a path has come from straight and unbent, with nothing but films in between.
@@ -120,26 +123,6 @@ enum Continuation {
     Emitter(usize, f32),
     /// It is absorbed.
     Absorbed,
-}
-
-/// The normal by which a surface mirrors a path: the shading normal, bent back as far as it takes for the mirrored path to
-/// leave on the side from which it came (A. Keller et al., "The iray light transport simulation and rendering system",
-/// arXiv:1705.01263, section A.3).
-#[inline(never)]
-fn shading_normal(scene: &Prepared, path: &Path) -> Vec3 {
-    let wanted = scene.geometry.interaction(&path.hit).shading_normal;
-    let (own, direction) = (path.hit.normal, path.direction);
-    let side = if direction.dot(own) < 0.0 { 1.0 } else { -1.0 };
-    let (facing, own_facing) = (wanted * side, own * side);
-    let mirror = direction - facing * (2.0 * direction.dot(facing));
-    let rise = mirror.dot(own_facing);
-    let least = LEAST_RISE.min(-direction.dot(own_facing));
-    if rise >= least && direction.dot(facing) < 0.0 {
-        return wanted;
-    }
-    let lifted = (mirror + own_facing * (least - rise).max(0.0)).normalized();
-    let bent = lifted - direction;
-    if bent.length_squared() < 1e-12 { own } else { bent.normalized() * side }
 }
 
 /// Where the spectra of a branch are written.
@@ -204,6 +187,7 @@ pub struct Tracer<'a> {
     expected: Vec<f64>,
     /// Weights of the nodes at the place in the spectrum that was chosen at the hit under work.
     thinned: Vec<Lanes>,
+    caustics: Memory,
 }
 
 impl<'a> Tracer<'a> {
@@ -231,6 +215,7 @@ impl<'a> Tracer<'a> {
             thicknesses: Vec::new(),
             expected: Vec::new(),
             thinned: Vec::new(),
+            caustics: Memory::new(slots),
         }
     }
 
@@ -317,6 +302,7 @@ impl<'a> Tracer<'a> {
             is_unpolarized: polarizer.is_none() && !has_stokes,
             band: None,
             since: if scene.has_alpha { Since::Camera } else { Since::Bend },
+            chain: Chain::UNTOLD,
         };
         let mut sums = Sums([f32x16::splat(simd, 0.0); 3]);
         loop {
@@ -348,7 +334,7 @@ impl<'a> Tracer<'a> {
             return false;
         }
         if scene.geometry.is_shaded(path.hit.object) {
-            path.hit.normal = shading_normal(scene, path);
+            path.hit.normal = shading_normal(&scene.geometry, &path.hit, path.direction);
         }
         // Calls through `vectorize` are functions of their own: in one piece the compiler takes minutes over them.
         match scene.materials.get(path.hit.object) {
@@ -372,7 +358,10 @@ impl<'a> Tracer<'a> {
             Some(Material::Diffuse { is_black: true, .. }) => false,
             Some(Material::Diffuse { number, .. }) => self.scatter_diffuse(simd, path, *number, sums, choices),
             Some(Material::Emitter(emitter)) => {
-                let share = self.emitter_mis_weight(self.scattered(path), &path.hit);
+                let mut share = self.emitter_mis_weight(self.scattered(path), &path.hit);
+                if path.since == Since::Bend && path.chain != Chain::UNTOLD {
+                    share *= self.caustic_mis_weight(path, path.chain, LightId::Emitter(*emitter));
+                }
                 self.add_light(simd, path, LightId::Emitter(*emitter), share, sums);
                 false
             }

@@ -17,7 +17,7 @@ use crate::film::{Beam, FilmTable, Phase, Response};
 use crate::materials::CoatedSurface;
 use crate::medium_stack::MediumStack;
 use crate::microfacet::{Microfacets, Wanderer};
-use crate::refraction::ratio;
+use crate::refraction::{bare_reflectance, is_parted, ratio};
 use crate::rough::{Frame, RoughPlace, RoughSurface};
 use crate::sampler::Choices;
 
@@ -111,6 +111,11 @@ impl Facets<'_> {
 
 impl Scatters for Facets<'_> {
     #[inline(always)]
+    fn facing(&self) -> Vec3 {
+        self.facing
+    }
+
+    #[inline(always)]
     fn density(&self, direction: Vec3) -> f64 {
         let Some((h, density, is_mirrored)) = self.towards(direction) else { return 0.0 };
         let Some(ratio) = self.ratio() else { return density };
@@ -167,19 +172,6 @@ impl Facets<'_> {
     }
 }
 
-/// Fresnel's reflectance of unpolarised light at a bare surface.
-#[inline(always)]
-fn bare_reflectance(cos: f64, ratio: f64) -> f64 {
-    let cosine2 = 1.0 - ratio * ratio * (1.0 - cos * cos);
-    if cosine2 <= 0.0 {
-        return 1.0;
-    }
-    let beyond = cosine2.sqrt();
-    let s = (ratio * cos - beyond) / (ratio * cos + beyond);
-    let p = (cos - ratio * beyond) / (cos + ratio * beyond);
-    0.5 * (s * s + p * p)
-}
-
 #[inline(always)]
 fn scaled<S: Simd>(beam: &Beam<S>, factor: f32x16<S>) -> Beam<S> {
     Beam { s: beam.s * factor, p: beam.p * factor, u: beam.u * factor, v: beam.v * factor }
@@ -209,7 +201,7 @@ impl<'a> Tracer<'a> {
         let bands = &spectra.bands;
         let (mut band, mut thinned) = (path.band, None);
         let mut weights = std::mem::take(&mut self.thinned);
-        if !coating.is_opaque && band.is_none() && self.is_parted(std::f64::consts::FRAC_1_SQRT_2, media) {
+        if !coating.is_opaque && band.is_none() && is_parted(bands, std::f64::consts::FRAC_1_SQRT_2, media) {
             let chosen = bands.choose(choices.pair());
             bands.weigh(chosen, &mut weights);
             band = Some(chosen);
@@ -238,7 +230,7 @@ impl<'a> Tracer<'a> {
         let Some((luminance, density)) = found else { return false };
         path.medium = [medium, sides.beyond][side];
         let scattered = (density > 0.0).then_some(Scattered { origin: hit.point, density });
-        self.leave_rough(simd, path, luminance, scattered, sums, choices)
+        self.leave_rough(simd, path, (facing, luminance), scattered, sums, choices)
     }
 
     /// From facet to facet until the ray gets out: the luminance that it carries then, and the density of its direction, 0
@@ -399,11 +391,13 @@ impl<'a> Tracer<'a> {
         &mut self,
         simd: S,
         path: &mut Path,
-        luminance: f32,
+        (facing, luminance): (Vec3, f32),
         scattered: Option<Scattered>,
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) -> bool {
+        let direction = path.direction;
+        self.depart(path, facing, direction, scattered);
         let continuation = self.continuation(&path.hit, path.direction, path.medium, scattered);
         let Continuation::Surface(next) = continuation else {
             self.deliver(simd, path, continuation, scattered, sums);

@@ -8,6 +8,7 @@ use fearless_simd::{Simd, f32x16, prelude::*};
 use super::direct::Scatters;
 use super::rough::{Facets, MOST_FACETS, Stack};
 use super::{Continuation, Path, Scattered, Since, Sums, Tracer};
+use crate::chain::Chain;
 use crate::failure::PathFailure;
 use crate::film::Beam;
 use crate::geometry::Hit;
@@ -61,6 +62,10 @@ impl<'a> Tracer<'a> {
             false => Continuation::Absorbed,
         };
         mirrored.since = Since::scattering(scattered);
+        let direction = mirrored.direction;
+        self.depart(&mut mirrored, facets.facing, direction, scattered);
+        // Caustics are not looked for through it.
+        path.chain = Chain::UNTOLD;
         self.scattered[mirrored.slot] = scattered.unwrap_or_default();
         mirrored.floor = mirrored.floor.max(FLOOR_SHARE * luminance);
         let passed_y = self.luminance(simd, path);

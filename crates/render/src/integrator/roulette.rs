@@ -29,6 +29,7 @@ impl Onward {
     fn take(&self, path: &mut Path, hit: Hit) {
         (path.direction, path.hit, path.medium) = (self.direction, hit, self.medium);
         (path.band, path.since) = (self.band, self.since);
+        path.chain = path.chain.then(false);
     }
 }
 
@@ -53,12 +54,20 @@ impl Tracer<'_> {
         match continuations {
             [Continuation::Surface(mirrored_hit), Continuation::Surface(passed_hit)] => {
                 let Target::Slot(slot) = to[0] else { unreachable!("what goes on has a slot") };
-                let mirrored = Path { direction: mirror, hit: mirrored_hit, slot, since: Since::Bend, ..*path };
+                let mirrored = Path {
+                    direction: mirror,
+                    hit: mirrored_hit,
+                    slot,
+                    since: Since::Bend,
+                    chain: path.chain.then(true),
+                    ..*path
+                };
                 onward.take(path, passed_hit);
                 self.follow_both(simd, path, mirrored, [mirrored_y, passed_y], sums, choices)
             }
             [Continuation::Surface(hit), _] => {
                 (path.direction, path.hit, path.since) = (mirror, hit, Since::Bend);
+                path.chain = path.chain.then(true);
                 self.survives(simd, path, mirrored_y, sums, choices)
             }
             [_, Continuation::Surface(hit)] => {

@@ -12,12 +12,8 @@ use crate::film::{Beam, Mueller, Phase, Response};
 use crate::geometry::Hit;
 use crate::materials::{CoatedSurface, FilmSurface};
 use crate::medium_stack::MediumStack;
-use crate::refraction::{ratio, refracted_direction};
+use crate::refraction::{is_parted, refracted_direction};
 use crate::sampler::Choices;
-
-/// Directions of one refracted path that differ by less than this over the spectrum (radians) count as one: a tenth of
-/// a pixel of any picture.
-const SAME_DIRECTION: f64 = 1e-4;
 
 /// The media of a coated or bare surface as a path comes to it.
 pub(super) struct Sides {
@@ -31,7 +27,7 @@ pub(super) struct Sides {
 
 /// What is expected of the wavelengths that do not go on where a prism parts them.
 #[derive(Clone, Copy)]
-enum Expected {
+pub(super) enum Expected {
     /// This share of the mean light.
     Mean(f32),
     /// What the middle of the spectrum finds.
@@ -79,10 +75,17 @@ impl<'a> Tracer<'a> {
 
         let mirror = direction - hit.normal * (2.0 * along);
         let scattered = self.scattered(path);
-        let passed = self.straight_on(path);
-        let mirrored = self.continuation(&hit, mirror, medium, None);
+        let mut passed = self.straight_on(path);
+        if path.since == Since::Bend {
+            passed = self.shared(passed, path, false);
+        }
+        let mirrored = self.shared(self.continuation(&hit, mirror, medium, None), path, true);
         self.make_room(simd, 2);
         let to = self.targets(path, (mirrored, mirror), (passed, direction, scattered));
+        if path.since == Since::Bend {
+            self.share_sun(to[1], path, false);
+        }
+        self.share_sun(to[0], path, true);
         let (mirrored_y, passed_y) = if phase != Phase::Single {
             let at = (along.abs().min(1.0), thickness, phase);
             simd.vectorize(
@@ -132,19 +135,19 @@ impl<'a> Tracer<'a> {
             let media = [&spectra.media[usize::from(outer)], &spectra.media[usize::from(exit)]];
             refracted = self.refract(path, facing, cos_theta, media, choices);
             if let Some(direction) = refracted.direction {
-                passed = self.continuation(&hit, direction, beyond, None);
+                passed = self.shared(self.continuation(&hit, direction, beyond, None), path, false);
             }
             if refracted.is_thinned {
                 // By where the middle of the spectrum goes, not the chosen place: the estimate must not hang on the choice.
                 if let Some(along) = refracted_direction(direction, facing, cos_theta, media, spectra.bands.middle) {
                     match self.continuation(&hit, along, beyond, None) {
                         Continuation::Surface(next) => expected = self.scene.expected_shares[next.object],
-                        found => middle = Some((found, along)),
+                        found => middle = Some((self.shared(found, path, false), along)),
                     }
                 }
             }
         }
-        let mirrored = self.continuation(&hit, mirror, medium, None);
+        let mirrored = self.shared(self.continuation(&hit, mirror, medium, None), path, true);
         self.make_room(simd, if middle.is_some() { 3 } else { 2 });
         let expected = match middle {
             Some((found, along)) => Expected::Middle(self.target(found, path.slot, along, None)),
@@ -152,6 +155,8 @@ impl<'a> Tracer<'a> {
         };
         let passed_direction = refracted.direction.unwrap_or(direction);
         let to = self.targets(path, (mirrored, mirror), (passed, passed_direction, None));
+        self.share_sun(to[0], path, true);
+        self.share_sun(to[1], path, false);
         let (thicknesses, weights) = (std::mem::take(&mut self.thicknesses), std::mem::take(&mut self.thinned));
         let thinned = refracted.is_thinned.then_some((&weights[..], expected));
 
@@ -223,7 +228,7 @@ impl<'a> Tracer<'a> {
     ) -> Refracted {
         let bands = &self.spectra.bands;
         let (mut band, mut is_thinned) = (path.band, false);
-        if band.is_none() && self.is_parted(cos_theta, media) {
+        if band.is_none() && is_parted(bands, cos_theta, media) {
             let chosen = bands.choose(choices.pair());
             bands.weigh(chosen, &mut self.thinned);
             (band, is_thinned) = (Some(chosen), true);
@@ -238,19 +243,6 @@ impl<'a> Tracer<'a> {
         Refracted { direction, band, is_thinned }
     }
 
-    /// Whether a surface parts the wavelengths of a path.
-    #[inline(always)]
-    pub(super) fn is_parted(&self, cos_theta: f64, media: [&IndexTable; 2]) -> bool {
-        let bands = &self.spectra.bands;
-        let sine2 = (1.0 - cos_theta * cos_theta).max(0.0);
-        // Indices are smooth: their ratio at the ends of the spectrum tells how far the directions spread.
-        let [first, last, middle] = [bands.ends[0], bands.ends[1], bands.middle].map(|node| ratio(media, node));
-        let spread = (first - last).abs() * sine2.sqrt();
-        let most = first.max(last).max(middle);
-        let least = 1.0 - most * most * sine2;
-        spread > 0.0 && (least <= 0.0 || spread > SAME_DIRECTION * least.sqrt())
-    }
-
     /// Where both branches of a hit write their spectra; a second slot is taken where both go on.
     #[inline(always)]
     fn targets(
@@ -262,6 +254,7 @@ impl<'a> Tracer<'a> {
         let both_go_on = matches!((mirrored, passed), (Continuation::Surface(_), Continuation::Surface(_)));
         let other = if both_go_on {
             let Some(slot) = self.free.pop() else { unreachable!("one slot a level") };
+            self.copy_told(path.slot, slot);
             slot
         } else {
             path.slot
@@ -401,7 +394,7 @@ impl<'a> Tracer<'a> {
     /// The same for a coated or bare surface.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "plain values of one hit; a struct of them passes through memory")]
-    fn split_coating<S: Simd>(
+    pub(super) fn split_coating<S: Simd>(
         &mut self,
         simd: S,
         path: &Path,

@@ -51,6 +51,7 @@ fn over_plates(index: Complex64, plates: &[Plate]) -> (Vec<f64>, Vec<[f64; 2]>) 
             is_unpolarized: true,
             band: None,
             since: Since::Bend,
+            chain: Chain::UNTOLD,
         };
         for plate in plates {
             let light = -path.direction;
@@ -150,4 +151,33 @@ fn four_plates_by_jones_algebra() {
             assert!((carried[i] - expected).abs() < 2e-6, "{index}, {nm} nm: {} {expected}", carried[i]);
         }
     }
+}
+
+/// Caustics are looked for where a small lamp, something that bends its light and something that scatters it are together;
+/// other scenes are drawn as if there were no caustics at all.
+#[test]
+fn caustics_are_looked_for_where_they_may_be() {
+    let floor = "[[object]]\nshape = { plane = {} }\nsurface = { diffuse = { reflectance = 0.5 } }\n";
+    let black = "[[object]]\nshape = { plane = {} }\nsurface = { diffuse = { reflectance = 0.0 } }\n";
+    let ball = "[[object]]\nshape = { sphere = { center = [0, 1, 0], radius = 0.5 } }\nsurface = { dielectric = { medium = 1.5 } }\n";
+    let rough = "[[object]]\nshape = { sphere = { center = [0, 1, 0], radius = 0.5 } }\nsurface = { dielectric = { medium = 1.5, roughness = 0.3 } }\n";
+    let lamp = |radius: f64| {
+        format!(
+            "[[object]]\nshape = {{ sphere = {{ center = [0, 4, 0], radius = {radius} }} }}\nsurface = {{ emitter = {{ radiance = 1.0 }} }}\n"
+        )
+    };
+    let looks = |objects: &[&str], light: &str| {
+        let text = format!("version = 1\n[camera]\n{}{light}", objects.concat());
+        let recipe = Scene::from_toml(&text, Origin::default()).unwrap();
+        let scene = resolve(&recipe, &Context::default(), &Watch::new()).unwrap();
+        crate::caustics::seeds(&Prepared::new(&scene, &RenderOptions::default()).unwrap()).is_some()
+    };
+    let (small, large) = (lamp(0.01), lamp(1.0));
+    let dark = "[[light]]\nenvironment = { illuminant = \"D65\", radiance = 0.0 }\n";
+    let point = "[[light]]\npoint = { position = [0, 4, 0] }\n";
+    assert!(looks(&[floor, ball, &small], dark) && looks(&[floor, ball], point));
+    assert!(!looks(&[floor, ball, &large], dark) && !looks(&[floor, &small], dark) && !looks(&[floor, ball], dark));
+    assert!(
+        !looks(&[ball, &small], dark) && !looks(&[black, ball, &small], dark) && !looks(&[floor, rough, &small], dark)
+    );
 }

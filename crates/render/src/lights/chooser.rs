@@ -14,7 +14,7 @@ pub const PICKS: usize = 2;
 const EQUALLY: f64 = 0.1;
 
 /// A light that is sampled from a point.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LightId {
     Maps,
     Sun(usize),
@@ -56,6 +56,11 @@ impl Extent {
     /// Of a surface of any shape: its middle, the square of its radius, its area, of which about a quarter is seen.
     pub fn around((center, radius2, area): (Vec3, f64, f64)) -> Extent {
         Extent { center, radius2, area: 0.25 * area, normal: None }
+    }
+
+    /// Its middle, and the radius of a sphere around it.
+    pub fn ball(&self) -> (Vec3, f64) {
+        (self.center, self.radius2.sqrt())
     }
 
     /// About the irradiance that radiance 1 makes at a place on what faces it.

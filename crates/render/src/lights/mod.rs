@@ -5,6 +5,7 @@
 pub mod chooser;
 pub mod delta;
 pub mod polarization;
+pub mod seeds;
 
 use std::sync::Arc;
 
@@ -117,6 +118,13 @@ pub struct AreaLight {
     /// The Y of its radiance.
     power: f64,
     extent: Option<Extent>,
+}
+
+impl AreaLight {
+    /// The middle of a surface, and the radius of a sphere around it; `None` of what is not drawn from.
+    pub fn around(&self) -> Option<(Vec3, f64)> {
+        self.extent.map(|extent| extent.ball())
+    }
 }
 
 /// A light without size.
@@ -297,7 +305,7 @@ impl Lights {
 
     /// About the Y of the irradiance that a light makes at a place on what faces it.
     #[inline(always)]
-    fn expected(&self, light: LightId, from: Vec3) -> f64 {
+    pub fn expected(&self, light: LightId, from: Vec3) -> f64 {
         match light {
             LightId::Maps => 0.0,
             LightId::Sun(sun) => self.suns[sun].irradiance(),
@@ -310,6 +318,11 @@ impl Lights {
                 light.power * light.source.seen(from).map_or(0.0, |seen| seen.irradiance)
             }
         }
+    }
+
+    /// About the Y of the irradiance that all sampled lights make at a place on what faces them, the maps apart.
+    pub fn all_expected(&self, from: Vec3) -> f64 {
+        (0..self.count()).map(|at| self.expected(self.id(at), from)).sum()
     }
 
     /// What is expected of every light at a place, each added to all before it.

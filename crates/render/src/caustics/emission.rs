@@ -1,0 +1,350 @@
+//! From the lamps: rays over all that mirrors or refracts, and where neighbours land together.
+
+use iridesce_numerics::Vec3;
+
+use super::search::{Aim, Place};
+use crate::camera::Ray;
+use crate::chain::Chain;
+use crate::geometry::frame;
+use crate::levels::Spectra;
+use crate::lights::chooser::LightId;
+use crate::lights::seeds::{Landing, Seed, Seeds};
+use crate::materials::Material;
+use crate::prepare::Prepared;
+use crate::refraction::{bare_reflectance, ratio};
+use crate::specular_ray::{SpecularRay, beyond};
+
+/// Rays from all lamps over all that mirrors or refracts.
+const RAYS: usize = 40_000;
+
+/// Rays across one such surface, at least and at most.
+const SIDE: [usize; 2] = [12, 96];
+
+/// So many rays across and down the picture tell what it shows.
+const SHOWN: u32 = 8;
+
+/// Pairs of a lamp and a surface, the brightest ones.
+const MOST_PAIRS: usize = 64;
+
+/// Surfaces between a lamp and a place.
+const MOST_EVENTS: u32 = 8;
+
+/// Share of a ray's light that is still followed.
+const LEAST_SHARE: f64 = 1e-5;
+
+/// Share of what a lamp's strongest chain carries below which one is faint.
+const FAINT: f64 = 0.02;
+
+/// Least irradiance of a caustic, of that of all lamps with nothing in between, that is looked for.
+const LEAST_IRRADIANCE: f64 = 1e-4;
+
+/// How near a lamp is taken to come to a surface whose ball it lies in, in radii of that ball.
+const NEAR: f64 = 0.1;
+
+/// Radius of the lamps that are looked for, seen from the surface that bends their light, radians: larger ones are found.
+const LARGEST: f64 = 0.05;
+
+/// A ball around a surface that mirrors or refracts, or around all that is shown where the surface has no end.
+#[derive(Debug, Clone, Copy)]
+struct Caster {
+    /// `None`: any.
+    object: Option<usize>,
+    center: Vec3,
+    radius: f64,
+}
+
+/// Where a ray has landed, by what it did on its way.
+struct Landed {
+    /// The events on its way, the first one lowest, and their number; and the surfaces, in one number.
+    events: (u32, u32),
+    surfaces: u64,
+    place: u32,
+    share: f64,
+}
+
+/// The seeds of a scene; `None` if nothing throws light of small lamps onto what scatters it.
+pub fn seeds(scene: &Prepared) -> Option<Seeds> {
+    let spectra = &scene.levels[0];
+    let bends = |material: &Material| match material {
+        Material::Film(film) => film.rough.is_none(),
+        Material::Coating(coating) => coating.rough.is_none(),
+        Material::Diffuse { .. } | Material::Emitter(_) => false,
+    };
+    let casters: Vec<usize> = (0..scene.materials.len()).filter(|&object| bends(&scene.materials[object])).collect();
+    if casters.is_empty() || !scene.materials.iter().any(scatters) {
+        return None;
+    }
+    let mut pairs = pairs(scene, &casters);
+    if pairs.is_empty() {
+        return None;
+    }
+    // The brightest ones; of equals the first.
+    pairs.sort_by(|a, b| b.2.total_cmp(&a.2));
+    pairs.truncate(MOST_PAIRS);
+    let side = (((RAYS / pairs.len()) as f64).sqrt() as usize).clamp(SIDE[0], SIDE[1]);
+    let mut emission = Emission { scene, spectra, landings: Vec::new(), seeds: Vec::new(), fluxes: Vec::new() };
+    for (light, caster, _) in pairs {
+        emission.shine(light, &caster, side);
+    }
+    let bands = &spectra.bands;
+    let disperses = spectra.media.iter().any(|medium| medium.n_at(bands.ends[0]) != medium.n_at(bands.ends[1]));
+    let faint = faint(&emission.fluxes);
+    Seeds::new(emission.seeds, emission.landings, faint, disperses)
+}
+
+/// Chains that carry little of what the strongest of their lamp carries.
+fn faint(fluxes: &[(LightId, Chain, f64)]) -> Vec<(LightId, Chain)> {
+    let most = |light: LightId| fluxes.iter().filter(|own| own.0 == light).fold(0.0_f64, |most, own| most.max(own.2));
+    fluxes.iter().filter(|own| own.2 < FAINT * most(own.0)).map(|own| (own.0, own.1)).collect()
+}
+
+/// Small lamps and what may bend their light, and how much light that is.
+fn pairs(scene: &Prepared, casters: &[usize]) -> Vec<(LightId, Caster, f64)> {
+    let spectra = &scene.levels[0];
+    let all = extent(scene);
+    let mut pairs = Vec::new();
+    let is_small = |aim: &Aim, caster: &Caster| match aim.place {
+        Place::Beyond(_) => aim.radius < LARGEST,
+        Place::At(middle) => {
+            let distance = ((caster.center - middle).length_squared().sqrt() - caster.radius).max(NEAR * caster.radius);
+            // Of what is all around it nobody knows how near it comes.
+            let distance = if caster.object.is_none() { all.1 } else { distance };
+            aim.radius < LARGEST * distance
+        }
+    };
+    let mut is_endless = false;
+    let mut balls = Vec::new();
+    for &object in casters {
+        match scene.geometry.ball(object) {
+            Some((center, radius)) => balls.push(Caster { object: Some(object), center, radius }),
+            None => is_endless = true,
+        }
+    }
+    if is_endless {
+        balls.push(Caster { object: None, center: all.0, radius: all.1 });
+    }
+    for light in (0..spectra.lights.count()).map(|at| spectra.lights.id(at)) {
+        let Some(aim) = Aim::of(spectra, light) else { continue };
+        for caster in balls.iter().filter(|caster| is_small(&aim, caster)) {
+            let irradiance = spectra.lights.expected(light, caster.center);
+            pairs.push((light, *caster, irradiance * caster.radius * caster.radius));
+        }
+    }
+    pairs
+}
+
+/// A ball around what the picture shows, straight through all that is smooth, and twice as large: light may come aslant.
+fn extent(scene: &Prepared) -> (Vec3, f64) {
+    let mut places = Vec::new();
+    for i in 0..SHOWN * SHOWN {
+        let [x, y] = [i % SHOWN, i / SHOWN].map(|k| (f64::from(k) + 0.5) / f64::from(SHOWN));
+        let mut ray = scene.camera.ray(x * f64::from(scene.size[0]), y * f64::from(scene.size[1]));
+        let mut from = None;
+        for _ in 0..MOST_EVENTS {
+            let Some(hit) = scene.geometry.nearest(&ray, from.as_ref()) else { break };
+            places.push(hit.point);
+            if scatters(&scene.materials[hit.object]) {
+                break;
+            }
+            (ray.origin, from) = (hit.point, Some(hit));
+        }
+    }
+    let middle = places.iter().fold(Vec3::default(), |sum, place| sum + *place) * (1.0 / places.len().max(1) as f64);
+    let radius2 = places.iter().map(|place| (*place - middle).length_squared()).fold(0.0, f64::max);
+    (middle, if radius2 > 0.0 { 2.0 * radius2.sqrt() } else { 1.0 })
+}
+
+/// Whether light is scattered there.
+fn scatters(material: &Material) -> bool {
+    match material {
+        Material::Diffuse { is_black, .. } => !is_black,
+        Material::Film(film) => film.rough.is_some(),
+        Material::Coating(coating) => coating.rough.is_some(),
+        Material::Emitter(_) => false,
+    }
+}
+
+struct Emission<'a> {
+    scene: &'a Prepared,
+    spectra: &'a Spectra,
+    landings: Vec<Landing>,
+    seeds: Vec<Seed>,
+    /// What chains carry.
+    fluxes: Vec<(LightId, Chain, f64)>,
+}
+
+impl Emission<'_> {
+    /// Follows a grid of rays from a light over a surface.
+    fn shine(&mut self, light: LightId, caster: &Caster, side: usize) {
+        let Some(aim) = Aim::of(self.spectra, light) else { return };
+        let rays: Vec<Option<Ray>> = (0..=side)
+            .flat_map(|j| (0..=side).map(move |i| (i, j)))
+            .map(|(i, j)| {
+                let [s, t] = [i, j].map(|k| 2.0 * k as f64 / side as f64 - 1.0);
+                ray(&aim, caster, [s, t])
+            })
+            .collect();
+        let landed: Vec<Vec<Landed>> = rays.iter().map(|ray| self.follow(light, caster, ray.as_ref())).collect();
+        let at = |i: usize, j: usize| j * (side + 1) + i;
+        for j in 0..side {
+            for i in 0..side {
+                let corners = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                for three in [[0, 1, 2], [0, 2, 3]] {
+                    self.join(light, &aim, three.map(|k| corners[k]), &rays, &landed);
+                }
+            }
+        }
+    }
+
+    /// Makes seeds of what three neighbouring rays have in common.
+    fn join(&mut self, light: LightId, aim: &Aim, three: [usize; 3], rays: &[Option<Ray>], landed: &[Vec<Landed>]) {
+        let [Some(a), Some(b), Some(c)] = three.map(|k| rays[k]) else { return };
+        for first in &landed[three[0]] {
+            let same = |other: &&Landed| other.events == first.events && other.surfaces == first.surfaces;
+            let (Some(second), Some(third)) = (landed[three[1]].iter().find(same), landed[three[2]].iter().find(same))
+            else {
+                continue;
+            };
+            let corners = [first.place, second.place, third.place];
+            let [p, q, r] = corners.map(|corner| self.landings[corner as usize].point);
+            let light_comes = (p - self.landings[corners[0] as usize].left).normalized();
+            let area = 0.5 * (q - p).cross(r - p).dot(light_comes).abs();
+            let share = (first.share + second.share + third.share) / 3.0;
+            let flux = match aim.place {
+                // Solid angle, of a light whose intensity is what it gives at a distance of 1.
+                Place::At(middle) => {
+                    let angle =
+                        0.5 * (b.direction - a.direction).cross(c.direction - a.direction).length_squared().sqrt();
+                    let away = p - middle;
+                    let far2 = away.length_squared();
+                    let there = middle + a.direction * far2.sqrt();
+                    angle * far2 * self.spectra.lights.expected(light, there)
+                }
+                Place::Beyond(direction) => {
+                    0.5 * (b.origin - a.origin).cross(c.origin - a.origin).dot(direction).abs()
+                        * self.spectra.lights.expected(light, p)
+                }
+            };
+            let direct = self.spectra.lights.all_expected(p);
+            // Where rays cross, as much as a good lens makes.
+            let irradiance = (share * flux / area.max(1e-300)).min(1e6 * direct);
+            if irradiance > LEAST_IRRADIANCE * direct {
+                let (events, count) = first.events;
+                let chain = Chain::reversed(events, count);
+                match self.fluxes.iter_mut().find(|own| (own.0, own.1) == (light, chain)) {
+                    Some(own) => own.2 += share * flux,
+                    None => self.fluxes.push((light, chain, share * flux)),
+                }
+                self.seeds.push(Seed { light, chain, corners, irradiance: irradiance as f32 });
+            }
+        }
+    }
+
+    /// Where a ray lands, on all its ways.
+    fn follow(&mut self, light: LightId, caster: &Caster, ray: Option<&Ray>) -> Vec<Landed> {
+        let mut found = Vec::new();
+        let Some(ray) = ray else { return found };
+        let own = match light {
+            LightId::Emitter(emitter) => self.spectra.lights.area_lights[emitter].object,
+            _ => usize::MAX,
+        };
+        let scene = self.scene;
+        let Some(first) = scene.geometry.nearest_of(ray, None, &|object| object != own) else { return found };
+        // Of one without an end, what is not a surface with one.
+        if caster.object != Some(first.object)
+            && (caster.object.is_some() || scene.geometry.ball(first.object).is_some())
+        {
+            return found;
+        }
+        let medium = scene.media_at(ray.origin);
+        if scene.has_priorities && scene.behind_hidden(&first, ray.direction, medium).is_some() {
+            return found;
+        }
+        struct Way {
+            along: SpecularRay,
+            events: (u32, u32),
+            surfaces: u64,
+            share: f64,
+        }
+        let start = SpecularRay { hit: first, direction: ray.direction, medium, band: None, is_bent: false };
+        let mut ways = vec![Way { along: start, events: (0, 0), surfaces: 0, share: 1.0 }];
+        while let Some(way) = ways.pop() {
+            let (number, count) = way.events;
+            let material = &scene.materials[way.along.hit.object];
+            if count == MOST_EVENTS {
+                continue;
+            }
+            for mirrors in [true, false] {
+                let mut along = way.along;
+                let share = way.share * answer(self.spectra, &along, material, mirrors);
+                if share <= LEAST_SHARE || along.turn(scene, self.spectra, mirrors, self.spectra.bands.middle).is_none()
+                {
+                    continue;
+                }
+                let left = along.hit.point;
+                let Some(next) = scene.next_that_is_there(&along.hit, along.direction, &mut along.medium) else {
+                    continue;
+                };
+                let events = (number | u32::from(mirrors) << count, count + 1);
+                let surfaces = way.surfaces.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(along.hit.part.into());
+                along.hit = next;
+                if scatters(&scene.materials[next.object]) {
+                    if along.is_bent {
+                        let surfaces = surfaces.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(next.part.into());
+                        let place = self.landings.len() as u32;
+                        self.landings.push(Landing { point: next.point, left });
+                        found.push(Landed { events, surfaces, place, share });
+                    }
+                } else {
+                    ways.push(Way { along, events, surfaces, share });
+                }
+            }
+        }
+        found
+    }
+}
+
+/// About the share of light that a surface mirrors or passes.
+fn answer(spectra: &Spectra, along: &SpecularRay, material: &Material, mirrors: bool) -> f64 {
+    let cos = along.direction.dot(along.hit.normal);
+    let mirrored = match material {
+        Material::Film(_) => 0.1,
+        Material::Coating(coating) if coating.is_opaque => 0.7,
+        Material::Coating(coating) => {
+            let Some(beyond) = beyond(coating, along.medium, cos < 0.0) else { return 0.0 };
+            let media = [along.medium, beyond].map(|medium| &spectra.media[usize::from(medium.innermost())]);
+            bare_reflectance(cos.abs().min(1.0), ratio(media, spectra.bands.middle)).max(1e-3)
+        }
+        Material::Diffuse { .. } | Material::Emitter(_) => return 0.0,
+    };
+    if mirrors { mirrored } else { 1.0 - mirrored }
+}
+
+/// A ray from a light over a ball, at a place of the square around it.
+fn ray(aim: &Aim, caster: &Caster, [s, t]: [f64; 2]) -> Option<Ray> {
+    let reach = 1.02 * caster.radius;
+    match aim.place {
+        Place::Beyond(direction) => {
+            let (across, up) = frame(direction);
+            // From beyond all of it.
+            let origin = caster.center + across * (s * reach) + up * (t * reach) + direction * (1e3 * reach);
+            Some(Ray { origin, direction: -direction })
+        }
+        Place::At(middle) => {
+            let away = caster.center - middle;
+            let sine2 = reach * reach / away.length_squared();
+            if sine2 < 0.75 {
+                let axis = away.normalized();
+                let (across, up) = frame(axis);
+                let tangent = (sine2 / (1.0 - sine2)).sqrt();
+                let direction = (axis + across * (s * tangent) + up * (t * tangent)).normalized();
+                return Some(Ray { origin: middle, direction });
+            }
+            // All around: a square folded over a sphere (an octahedron opened).
+            let height = 1.0 - s.abs() - t.abs();
+            let (x, z) =
+                if height >= 0.0 { (s, t) } else { ((1.0 - t.abs()).copysign(s), (1.0 - s.abs()).copysign(t)) };
+            Some(Ray { origin: middle, direction: Vec3::new(x, height, z).normalized() })
+        }
+    }
+}
