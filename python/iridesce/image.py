@@ -87,10 +87,21 @@ class Image:
         self._set(xyz_, planes, {}, _copied(dict(metadata or {})))
 
     @classmethod
-    def _of_render(cls, xyz: _Floats, planes: _Planes, spectral: _Planes, facts: dict[str, Any]) -> Image:
-        """Takes over the arrays of a finished render without a copy."""
+    def _of_render(
+        cls,
+        xyz: _Floats,
+        planes: _Planes,
+        spectral: _Planes,
+        facts: dict[str, Any],
+        surfaces: tuple[int, int, int, int] | None = None,
+    ) -> Image:
+        """Takes over the arrays of a finished render without a copy.
+
+        surfaces   (x, y, width, height) of the tiles outside which no ray from the camera met anything
+        """
         image = cls.__new__(cls)
         image._set(xyz, planes, spectral, facts)
+        image._surfaces = surfaces
         return image
 
     @classmethod
@@ -137,6 +148,7 @@ class Image:
         self._spectral = spectral
         self._facts = facts
         self._developed: dict[str, Any] | None = None
+        self._surfaces: tuple[int, int, int, int] | None = None
 
     def __repr__(self) -> str:
         made = f", {self._facts['samples']} samples" if "samples" in self._facts else ""

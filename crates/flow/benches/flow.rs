@@ -2,8 +2,10 @@
 //!
 //! A windy free bubble, the hardest preset, from its start to 0.1 s, then steps of 5 ms one by one on one and on two
 //! threads. The best step and the median are shown, since other work on a machine can only make a step longer; on one
-//! thread also the time that the processor spent (Linux), which other work changes least. docs/guide/living-films.md says
-//! what bounds a step.
+//! thread also the time that the processor spent (Linux), which other work changes least.
+//!
+//! Each pass stands beside its bound: the bytes that it must move through memory, at the rate that this run measures, and
+//! then its operations, at the rate of this run in vectors that stay in registers. docs/guide/living-films.md says more.
 
 use std::sync::OnceLock;
 use std::time::Instant;
@@ -58,15 +60,78 @@ fn memory(threads: usize) -> f64 {
     32.0 * COUNT as f64 / best / 1e9
 }
 
+/// Operations a second of vectors in registers, in G: products and sums in turn, not fused, as the passes have them.
+fn operations(threads: usize) -> f64 {
+    use rayon::prelude::*;
+    const LANES: usize = 64;
+    const ROUNDS: usize = 200_000;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+    let best = (0..10)
+        .map(|_| {
+            let start = Instant::now();
+            pool.install(|| {
+                (0..threads).into_par_iter().for_each(|_| {
+                    let mut values: [f64; LANES] = std::array::from_fn(|k| 1.0 + k as f64 * 1e-3);
+                    let (scale, add) = std::hint::black_box((0.999_999, 1e-6));
+                    fearless_simd::dispatch!(iridesce_numerics::simd::level_or_best(), _simd => turn(&mut values, ROUNDS, scale, add));
+                    std::hint::black_box(&values);
+                });
+            });
+            start.elapsed().as_secs_f64()
+        })
+        .fold(f64::INFINITY, f64::min);
+    (2 * LANES * ROUNDS * threads) as f64 / best / 1e9
+}
+
+#[inline(always)]
+fn turn(values: &mut [f64; 64], rounds: usize, scale: f64, add: f64) {
+    for _ in 0..rounds {
+        for value in values.iter_mut() {
+            *value = *value * scale + add;
+        }
+    }
+}
+
+/// What a pass moves and computes, a cell: numbers of eight bytes, of which one that is written counts twice (its line is
+/// read first), and operations (a division, a root or a choice counts as one). Both are counted in the sources.
+struct Pass {
+    name: &'static str,
+    moved: [f64; 2],
+    operations: [f64; 2],
+}
+
+/// Per step, and per sub-step (thickness) or iteration (tension). Operations of a transform of n numbers: 2.5 n log2 n.
+fn passes(columns: usize) -> [Pass; 5] {
+    let transform = 2.0 * 2.5 * (columns as f64).log2();
+    let tridiagonal = 10.0;
+    [
+        // Both velocities, once; across: thickness, velocities, fluxes and half a step; down: those again.
+        Pass { name: "thickness", moved: [2.0, 12.0], operations: [4.0, 160.0] },
+        // Ghosts 6, middles 6, ways 6, drag 4, velocities 12, surfactant 8.
+        Pass { name: "trace and carry", moved: [42.0, 0.0], operations: [770.0, 0.0] },
+        // Air 14, push 14, right side 5, pull 8, viscosities 1, strain 6, checks 5.
+        Pass { name: "forces", moved: [53.0, 0.0], operations: [115.0, 0.0] },
+        // Means 3, first residual 6, pivots 1; transforms and systems 11.5, products 2, direction 3, matrix 5, step 6.
+        Pass { name: "tension", moved: [10.0, 27.5], operations: [20.0, transform + tridiagonal + 27.0] },
+        // Vorticity 4, pivots 2, transforms and systems 13, mean flow 3, stream function 6.
+        Pass { name: "viscosity", moved: [28.0, 0.0], operations: [transform + 2.0 * tridiagonal + 25.0, 0.0] },
+    ]
+}
+
 fn main() {
     let only = std::env::args().find_map(|word| word.parse::<usize>().ok());
-    println!("memory: {:.1} GB/s on one thread, {:.1} on two", memory(1), memory(2));
-    println!("ms a step of 5 ms: best, median; processor time a step; sub-steps, iterations; shares of the time");
+    let rates = [1, 2].map(|threads| (memory(threads), operations(threads)));
+    for (threads, (bytes, operations)) in [1, 2].into_iter().zip(rates) {
+        println!("{threads} threads: {bytes:.1} GB/s, {operations:.1} G operations/s");
+    }
+    println!(
+        "ms a step of 5 ms: best, median; processor time a step; sub-steps, iterations; ms of each pass and its bound"
+    );
     for (columns, steps) in SIZES.into_iter().filter(|(columns, _)| only.is_none_or(|only| only == *columns)) {
         // Patches need a grid of their own; they cost nothing that could be seen here.
         let parameters = Parameters { regeneration: 0.0, ..Parameters::preset("free-bubble").expect("a preset") };
         let parameters = parameters.with_columns(columns);
-        for threads in [1, 2] {
+        for (threads, (gigabytes, giga)) in [1, 2].into_iter().zip(rates) {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
             pool.install(|| {
                 let mut film = Film::new(parameters.clone()).expect("a film");
@@ -88,10 +153,23 @@ fn main() {
                     parameters.rows,
                     median(times)
                 );
-                for ((name, before), (_, after)) in shares.iter().zip(film.spent()) {
-                    print!(" {name} {:.1}", (after - before) * 1e3 / steps as f64);
+                let spent = film.spent();
+                let took = |name: &str| -> f64 {
+                    let own = shares.iter().zip(&spent).filter(|((own, _), _)| *own == name);
+                    own.map(|((_, before), (_, after))| (after - before) * 1e3 / steps as f64).sum()
+                };
+                print!(" sources {:.1}", took("sources"));
+                let cells = (columns * parameters.rows) as f64;
+                let (mut all, mut bounds) = (0.0, 0.0);
+                for Pass { name, moved, operations } in passes(columns) {
+                    let times = [1.0, if name == "thickness" { substeps as f64 } else { iterations as f64 }];
+                    let [numbers, operations] =
+                        [moved, operations].map(|of| of.iter().zip(times).map(|(a, b)| a * b).sum::<f64>() * cells);
+                    let bound = 8.0 * numbers / gigabytes / 1e6 + operations / giga / 1e6;
+                    print!("; {name} {:.1} (bound {bound:.1}, {:.2})", took(name), took(name) / bound);
+                    (all, bounds) = (all + took(name), bounds + bound);
                 }
-                println!();
+                println!("; together {:.2} times the bound", all / bounds);
             });
         }
     }

@@ -92,17 +92,19 @@ impl Tridiagonal {
         let waves = columns / 2 + 1;
         let mut pivots = vec![0.0; waves.div_ceil(BLOCK) * rows * BLOCK];
         pivots.par_chunks_exact_mut(rows * BLOCK).enumerate().for_each(|(block, out)| {
-            for k in 0..BLOCK {
-                let wave = (block * BLOCK + k).min(waves - 1);
-                let turn = second_difference(wave, columns);
-                let mut last = 0.0;
-                for row in 0..rows {
-                    let whole = diagonal(row, turn);
-                    let rest = if row == 0 { whole } else { whole - above[row] * below[row - 1] * last };
-                    last = if rest.abs() <= 1e-12 * whole.abs() { 0.0 } else { 1.0 / rest };
-                    out[row * BLOCK + k] = last;
+            let turns: [f64; BLOCK] =
+                std::array::from_fn(|k| second_difference((block * BLOCK + k).min(waves - 1), columns));
+            // Row by row, the waves side by side: each division waits for the one in the row before.
+            let mut last = [0.0; BLOCK];
+            wide!(for (row, out) in out.chunks_exact_mut(BLOCK).enumerate() {
+                let coupling = if row == 0 { 0.0 } else { above[row] * below[row - 1] };
+                for k in 0..BLOCK {
+                    let whole = diagonal(row, turns[k]);
+                    let rest = whole - coupling * last[k];
+                    last[k] = if rest.abs() <= 1e-12 * whole.abs() { 0.0 } else { 1.0 / rest };
                 }
-            }
+                out.copy_from_slice(&last);
+            });
         });
         Tridiagonal { above, below, pivots }
     }

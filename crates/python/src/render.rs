@@ -48,10 +48,17 @@ struct Asked {
 #[derive(FromPyObject)]
 struct Keep(PathBuf, Vec<u8>, f64, bool);
 
-type Rendered<'py> =
-    (Bound<'py, PyArray3<f32>>, Bound<'py, PyDict>, Bound<'py, PyDict>, (u32, u64, f64, String, usize), Vec<String>);
+type Rendered<'py> = (
+    Bound<'py, PyArray3<f32>>,
+    Bound<'py, PyDict>,
+    Bound<'py, PyDict>,
+    (u32, u64, f64, String, usize),
+    Option<[u32; 4]>,
+    Vec<String>,
+);
 
-/// `(xyz, planes, spectral planes, (samples, seed, seconds, simd, threads), notes on files)`.
+/// `(xyz, planes, spectral planes, (samples, seed, seconds, simd, threads), (x, y, width, height) outside which there are no
+/// surfaces, notes on files)`.
 #[pyfunction]
 fn render_scene<'py>(
     py: Python<'py>,
@@ -113,7 +120,9 @@ fn render_scene<'py>(
         }
     }
     let info = frame.info;
-    Ok((triple(frame.xyz)?, planes, spectral, (info.samples, info.seed, info.seconds, info.simd, info.threads), notes))
+    let surfaces = frame.surfaces.map(|part| [part.x, part.y, part.width, part.height]);
+    let made = (info.samples, info.seed, info.seconds, info.simd, info.threads);
+    Ok((triple(frame.xyz)?, planes, spectral, made, surfaces, notes))
 }
 
 /// Which render the journal of that name is of, in the words that were given to it; `None` where there is none.

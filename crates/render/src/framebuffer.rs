@@ -112,6 +112,9 @@ pub struct Framebuffer {
     pub stokes: Option<Vec<f32>>,
     /// Spectral radiance at each wavelength that was asked for, where Stokes vectors are too four floats each.
     pub spectra: Option<Vec<f32>>,
+    /// The part of this picture, in whole tiles, outside which no ray from the camera has met a surface: what is seen there
+    /// hangs on the camera and the lights alone. `None` where none has met any.
+    pub surfaces: Option<Rect>,
     /// How it was made.
     pub info: RenderInfo,
 }
@@ -130,6 +133,7 @@ pub(crate) struct TilePlanes {
     pub alpha: Vec<f32>,
     pub stokes: Vec<f32>,
     pub spectra: Vec<f32>,
+    pub has_surface: bool,
 }
 
 impl Framebuffer {
@@ -155,6 +159,7 @@ impl Framebuffer {
             alpha: if has_alpha { Some(single(pixels, 0.0)?) } else { None },
             stokes: None,
             spectra: None,
+            surfaces: None,
             info,
         })
     }
@@ -177,6 +182,10 @@ impl Framebuffer {
                 let start = ((top + row) * width + left) * of;
                 to[start..start + columns].copy_from_slice(values);
             }
+        }
+        if planes.has_surface {
+            let own = Rect { x: left, y: top, ..tile };
+            self.surfaces = Some(self.surfaces.map_or(own, |known| known.around(own)));
         }
         let (width, at) = (self.width as usize, [left as usize, top as usize]);
         copy(&mut self.xyz, &planes.xyz, width, at, tile, 3);

@@ -35,6 +35,8 @@ pub struct Prepared {
     pub samples: u32,
     pub seed: u64,
     pub max_depth: u32,
+    /// The picture may end early: the samples of a pixel share branches that hardly count.
+    pub is_sparse: bool,
     pub geometry: Geometry,
     /// Of object i at index i.
     pub materials: Vec<Material>,
@@ -122,6 +124,7 @@ impl Prepared {
             samples: options.samples.unwrap_or(scene.render.samples),
             seed: options.seed.unwrap_or(scene.render.seed),
             max_depth: scene.render.max_depth,
+            is_sparse: options.settled.is_some(),
             camera_media,
             bodies,
             has_priorities: scene.objects.iter().any(|object| object.priority != 0),

@@ -205,7 +205,7 @@ fn draw_once(
             Some(sums) => sums,
             None => {
                 let mut sums = TileSums::new(tile, scene.extras);
-                while sums.samples < samples && !settled.is_some_and(|error| sums.are_settled(error)) {
+                while sums.samples < samples && !settled.is_some_and(|error| sums.settle(error)) {
                     let more = pass.min(samples - sums.samples);
                     sums.add(level, scene, tile, [more, size], watch)?;
                 }

@@ -5,12 +5,12 @@ use iridesce_numerics::Watch;
 
 use crate::failure::{PathFailure, describe};
 use crate::framebuffer::{RenderError, TilePlanes};
-use crate::integrator::Tracer;
+use crate::integrator::{GROUP, Tracer};
 use crate::prepare::Prepared;
 use crate::refraction::shown;
 use crate::sampler::PixelSampler;
 use crate::tiles::Rect;
-use crate::variance::variance_of_mean;
+use crate::variance::Estimator;
 
 /// Numbers that are added up for every pixel: X, Y, Z, and the share of its rays that nothing bent or stopped.
 const SUMS: usize = 4;
@@ -28,6 +28,8 @@ pub struct TileSums {
     /// How many numbers that are.
     a_pixel: usize,
     spread: Spread,
+    /// Some ray from the camera has met a surface.
+    pub has_surface: bool,
 }
 
 /// What is known of the spread of Y.
@@ -44,7 +46,7 @@ impl TileSums {
     pub fn new(tile: Rect, extras: usize) -> TileSums {
         let a_pixel = SUMS + extras;
         let sums = vec![0.0; a_pixel * tile.pixels()];
-        TileSums { samples: 0, sums, a_pixel, spread: Spread::Batches(0, Vec::new()) }
+        TileSums { samples: 0, sums, a_pixel, spread: Spread::Batches(0, Vec::new()), has_surface: false }
     }
 
     /// Bytes of a pixel whose spread is known by so many batches.
@@ -92,6 +94,8 @@ impl TileSums {
                         return Err(RenderError::Cancelled);
                     }
                     tracer.begin_batch((sample / size) as usize);
+                    let is_shared = scene.is_sparse && sample - sample % GROUP + GROUP <= samples;
+                    tracer.begin_sample(is_shared.then_some(sample % GROUP == 0));
                     let (dx, dy) = sampler.point(first + sample);
                     let mut choices = sampler.choices(first + sample);
                     let ray = scene.camera.ray_through_lens(f64::from(x) + dx, f64::from(y) + dy, &mut choices);
@@ -99,6 +103,7 @@ impl TileSums {
                         break;
                     }
                 }
+                self.has_surface |= tracer.has_met_surface();
                 match tracer.finish(simd) {
                     Ok(()) => break tracers[level].as_mut(),
                     Err(PathFailure::NeedsLevel(finer)) => level = finer,
@@ -165,10 +170,11 @@ impl TileSums {
                 // Samples that are in no batch count as if they had the same spread.
                 let counted = f64::from(*size) * batches.len() as f64;
                 let share = (counted / f64::from(self.samples.max(1))) as f32;
+                let estimator = Estimator::new(batches.len());
                 let mut means = vec![0.0; batches.len()];
                 let of_pixel = |pixel| {
-                    means.iter_mut().zip(batches).for_each(|(mean, batch)| *mean = batch[pixel]);
-                    share * variance_of_mean(&means)
+                    means.iter_mut().zip(batches).for_each(|(mean, batch)| *mean = f64::from(batch[pixel]));
+                    share * estimator.variance_of_mean(&mut means)
                 };
                 (0..self.sums.len() / self.a_pixel).map(of_pixel).collect()
             }
@@ -176,16 +182,21 @@ impl TileSums {
     }
 
     /// Whether nine tenths of the pixels are known to this relative error of Y; of those darker than [`DIM_SHARE`] of the
-    /// tile's mean it is relative to that.
-    pub fn are_settled(&self, error: f64) -> bool {
+    /// tile's mean it is relative to that. If so, no more samples may come.
+    pub fn settle(&mut self, error: f64) -> bool {
         if self.batches() < 2 {
             return false;
         }
         let mean_y: Vec<f64> = self.mean_y().collect();
         let dim = DIM_SHARE * mean_y.iter().sum::<f64>() / mean_y.len() as f64;
-        let is_noisy = |(variance, y): (f32, f64)| f64::from(variance).sqrt() > error * y.max(dim);
-        let noisy = self.variance().into_iter().zip(mean_y.iter().copied()).filter(|pair| is_noisy(*pair)).count();
-        10 * noisy <= mean_y.len()
+        let variance = self.variance();
+        let is_noisy = |(variance, y): (&f32, &f64)| f64::from(*variance).sqrt() > error * y.max(dim);
+        let noisy = variance.iter().zip(&mean_y).filter(|pair| is_noisy(*pair)).count();
+        let is_settled = 10 * noisy <= mean_y.len();
+        if is_settled {
+            self.spread = Spread::Variance(variance);
+        }
+        is_settled
     }
 
     /// Mean Y of each pixel.
@@ -198,7 +209,12 @@ impl TileSums {
     /// depths is no depth.
     pub fn planes(&self, scene: &Prepared, tile: Rect) -> TilePlanes {
         let samples = f64::from(self.samples.max(1));
-        let mut planes = TilePlanes { samples: self.samples, variance: self.variance(), ..TilePlanes::default() };
+        let mut planes = TilePlanes {
+            samples: self.samples,
+            variance: self.variance(),
+            has_surface: self.has_surface,
+            ..TilePlanes::default()
+        };
         let mean = |sum: &f64| (sum / samples) as f32;
         let [natural, q, u, _] = scene.camera.passes();
         for (pixel, sums) in self.sums.chunks_exact(self.a_pixel).enumerate() {
@@ -219,6 +235,7 @@ impl TileSums {
             let centre = scene.camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
             let hit = scene.geometry.nearest(&centre, None);
             let film = hit.and_then(|hit| shown(scene, centre, hit));
+            planes.has_surface |= hit.is_some();
             planes.depth.push(hit.map_or(f32::INFINITY, |hit| hit.distance as f32));
             planes.object.push(hit.map_or(-1, |hit| hit.object as i32));
             planes.thickness_nm.push(film.map_or(f32::NAN, |film| film.thickness_nm as f32));
@@ -266,7 +283,8 @@ impl TileSums {
         } else {
             Spread::Batches(size, rest.chunks_exact(pixels).map(<[f32]>::to_vec).collect())
         };
-        Some(TileSums { samples, sums: sums.collect::<Result<_, _>>().ok()?, a_pixel, spread })
+        // What a journal does not tell counts as seen.
+        Some(TileSums { samples, sums: sums.collect::<Result<_, _>>().ok()?, a_pixel, spread, has_surface: true })
     }
 }
 
@@ -286,7 +304,7 @@ mod tests {
     fn sums() -> TileSums {
         let batches = (0..4).map(|batch| (0..6).map(|pixel| ((batch * 7 + pixel) % 5) as f32).collect()).collect();
         let sums = (0..24).map(|i| f64::from(i) / 7.0).collect();
-        TileSums { samples: 9, sums, a_pixel: 4, spread: Spread::Batches(2, batches) }
+        TileSums { samples: 9, sums, a_pixel: 4, spread: Spread::Batches(2, batches), has_surface: true }
     }
 
     #[test]
@@ -313,6 +331,6 @@ mod tests {
         assert_eq!(batches[0], [1.0, 2.0, 3.0, 1.5, 2.5, 1.0]);
         // Eight of nine samples are in batches.
         let variance = sums().variance();
-        assert!((variance[0] / variance_of_mean(&[0.0, 2.0, 4.0, 1.0]) - 8.0 / 9.0).abs() < 1e-6);
+        assert!((variance[0] / Estimator::new(4).variance_of_mean(&mut [0.0, 2.0, 4.0, 1.0]) - 8.0 / 9.0).abs() < 1e-6);
     }
 }

@@ -22,6 +22,14 @@ impl Rect {
     pub fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
     }
+
+    /// The smallest rectangle around both.
+    pub(crate) fn around(self, other: Rect) -> Rect {
+        let (x, y) = (self.x.min(other.x), self.y.min(other.y));
+        let (right, bottom) =
+            ((self.x + self.width).max(other.x + other.width), (self.y + self.height).max(other.y + other.height));
+        Rect { x, y, width: right - x, height: bottom - y }
+    }
 }
 
 /// One of `of` equal shares of the tiles.

@@ -27,50 +27,105 @@ pub fn batch_size(samples: u32) -> u32 {
     samples.div_ceil(MOST_BATCHES as u32).next_power_of_two()
 }
 
-/// Variance of the mean over batches of equal size; NaN for fewer than two.
-pub fn variance_of_mean(batches: &[f32]) -> f32 {
-    let count = batches.len();
-    if count < 2 {
-        return f32::NAN;
-    }
-    // Level j: blocks of 2^j batches; mean of (a - b)^2 / 4 over pairs of them, and how many pairs.
-    let mut means: Vec<f64> = batches.iter().map(|&mean| f64::from(mean)).collect();
-    let mut levels: Vec<(f64, f64)> = Vec::new();
-    while means.len() >= 2 {
-        let pairs: Vec<(f64, f64)> = means.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
-        let fall = pairs.iter().map(|(a, b)| 0.25 * (a - b).powi(2)).sum::<f64>() / pairs.len() as f64;
-        levels.push((fall, MOST_PAIRS.min(pairs.len() as f64)));
-        means = pairs.into_iter().map(|(a, b)| 0.5 * (a + b)).collect();
-    }
-    let total: f64 = levels.iter().map(|level| level.1).sum();
-    let depth: f64 = levels.iter().enumerate().map(|(j, level)| j as f64 * level.1).sum();
-    let (mut weights, mut sum) = (0.0, 0.0);
-    let mut best = f64::INFINITY;
-    let mut fits = Vec::with_capacity(POWERS.len());
-    for (power, prior) in POWERS {
-        let prior = if power == 1.0 { prior + CAUTION / count as f64 } else { prior };
-        // The variance scale that fits best with this power, and minus twice the logarithm of its likelihood.
-        let scaled = levels.iter().enumerate().map(|(j, (fall, pairs))| pairs * fall * (power * j as f64).exp2());
-        let scale = scaled.sum::<f64>() / total;
-        if scale <= 0.0 {
-            return 0.0;
+/// Sizes of blocks: [`MOST_BATCHES`] are halved so often until one pair is left.
+const MOST_LEVELS: usize = MOST_BATCHES.ilog2() as usize;
+
+/// What the estimate needs of a number of batches: the same for every pixel of a picture.
+pub struct Estimator {
+    count: usize,
+    /// Of each size of blocks, the smallest first: how much its pairs count.
+    pairs: Vec<f64>,
+    /// The sum of these.
+    total: f64,
+    laws: [Law; POWERS.len()],
+}
+
+/// A fall of the variance with the number of samples.
+#[derive(Clone, Copy)]
+struct Law {
+    /// By which each size of blocks is brought to that of the batches.
+    scales: [f64; MOST_LEVELS],
+    /// Part of minus twice the logarithm of the likelihood that does not hang on the batches, and that of the prior.
+    misfit: [f64; 2],
+    /// Share by which one doubling lets the variance fall.
+    fall: f64,
+    /// The logarithm by which it falls over all batches.
+    all: f64,
+}
+
+impl Estimator {
+    /// For so many batches of a pixel, at most [`MOST_BATCHES`].
+    pub fn new(count: usize) -> Estimator {
+        let mut pairs = Vec::new();
+        let mut blocks = count;
+        while blocks >= 2 {
+            blocks /= 2;
+            pairs.push(MOST_PAIRS.min(blocks as f64));
         }
-        let misfit = total * scale.ln() - power * std::f64::consts::LN_2 * depth - 2.0 * f64::ln(prior);
-        best = best.min(misfit);
-        fits.push((misfit, (scale / (1.0 - (-power).exp2())).ln() - power * (count as f64).ln()));
+        let depth: f64 = pairs.iter().enumerate().map(|(j, pairs)| j as f64 * pairs).sum();
+        let laws = POWERS.map(|(power, prior)| {
+            let prior = if power == 1.0 { prior + CAUTION / count as f64 } else { prior };
+            Law {
+                scales: std::array::from_fn(|j| (power * j as f64).exp2()),
+                misfit: [power * std::f64::consts::LN_2 * depth, 2.0 * f64::ln(prior)],
+                fall: 1.0 - (-power).exp2(),
+                all: power * (count as f64).ln(),
+            }
+        });
+        Estimator { count, total: pairs.iter().sum(), pairs, laws }
     }
-    for (misfit, logarithm) in fits {
-        let weight = (0.5 * (best - misfit)).exp();
-        weights += weight;
-        sum += weight * logarithm;
+
+    /// Variance of the mean over batches of equal size, as many as there are for each pixel; NaN for fewer than two. Of the
+    /// means nothing is left.
+    pub fn variance_of_mean(&self, batches: &mut [f64]) -> f32 {
+        if self.count < 2 {
+            return f32::NAN;
+        }
+        // Level j: blocks of 2^j batches; mean of (a - b)^2 / 4 over pairs of them. Blocks take the place of their parts.
+        let mut falls = [0.0; MOST_LEVELS];
+        let mut blocks = self.count;
+        for (fall, _) in falls.iter_mut().zip(&self.pairs) {
+            let mut sum = 0.0;
+            for k in 0..blocks / 2 {
+                let (a, b) = (batches[2 * k], batches[2 * k + 1]);
+                sum += 0.25 * (a - b).powi(2);
+                batches[k] = 0.5 * (a + b);
+            }
+            blocks /= 2;
+            *fall = sum / blocks as f64;
+        }
+        let (mut weights, mut sum) = (0.0, 0.0);
+        let mut best = f64::INFINITY;
+        let mut fits = [(0.0, 0.0); POWERS.len()];
+        for (law, fit) in self.laws.iter().zip(&mut fits) {
+            // The variance scale that fits best with this power, and minus twice the logarithm of its likelihood.
+            let levels = self.pairs.iter().zip(&falls).zip(&law.scales);
+            let scale = levels.map(|((pairs, fall), scale)| pairs * fall * scale).sum::<f64>() / self.total;
+            if scale <= 0.0 {
+                return 0.0;
+            }
+            let misfit = self.total * scale.ln() - law.misfit[0] - law.misfit[1];
+            best = best.min(misfit);
+            *fit = (misfit, (scale / law.fall).ln() - law.all);
+        }
+        for (misfit, logarithm) in fits {
+            let weight = (0.5 * (best - misfit)).exp();
+            weights += weight;
+            sum += weight * logarithm;
+        }
+        (sum / weights).exp() as f32
     }
-    (sum / weights).exp() as f32
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::sampler::PixelSampler;
+
+    fn variance_of_mean(batches: &[f32]) -> f32 {
+        let mut means: Vec<f64> = batches.iter().map(|&mean| f64::from(mean)).collect();
+        Estimator::new(batches.len()).variance_of_mean(&mut means)
+    }
 
     /// Median over pixels of estimate over truth, the truth from the means of all pixels.
     fn ratio(samples: u32, of: impl Fn(PixelSampler, u32) -> f64) -> f64 {

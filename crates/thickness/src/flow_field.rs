@@ -49,7 +49,20 @@ impl FlowField {
         // Of the neighbour before: the first of the four is one before that.
         let (column, row) = (across as usize, down as usize);
         let (weights_across, weights_down) = (catmull_rom(across - column as f64), catmull_rom(down - row as f64));
-        // No division here: renders ask for millions of places. Narrow grids alone wrap more than once.
+        // Renders ask for millions of places: away from the edges the sixteen cells lie where they are counted.
+        if column >= 2 && column + 1 < width && row >= 2 && row + 1 < height {
+            let first = (row - 2) * width + column - 2;
+            let mut sum = 0.0;
+            for (k, weight) in weights_down.into_iter().enumerate() {
+                let line = &values[first + k * width..first + k * width + 4];
+                let [a, b, c, d] = [line[0], line[1], line[2], line[3]];
+                let value =
+                    weights_across[0] * a + weights_across[1] * b + (weights_across[2] * c + weights_across[3] * d);
+                sum += weight * value;
+            }
+            return sum.clamp(0.0, self.max_nm);
+        }
+        // No division here either. Narrow grids alone wrap more than once.
         let wrapped = |k: usize| {
             let j = column + k + width - 2;
             if j < width {

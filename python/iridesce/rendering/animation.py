@@ -19,10 +19,10 @@ from iridesce.image import Image
 from iridesce.rendering.pictures import draw
 from iridesce.scene import Scene
 
-# Relative error of Y in nine tenths of a tile's pixels below which it takes no more samples. Frames of `soap-bubble` then differ
-# from such with all samples by CIEDE2000 0.08 in the median on the bubble, those of another seed by 0.07 (1.5 and 4.4 in the
-# worst hundredth of its pixels).
-SETTLED = 0.04
+# Relative error of Y in nine tenths of a tile's pixels below which it takes no more samples: 4.5 of 12 on the bubble of
+# `soap-bubble`, whose frames then differ from such with all samples by CIEDE2000 0.19 in the median, 2.1 in the worst twentieth;
+# those of another seed by 0.08 and 1.6, those with an error of 0.04 by 0.09 and 0.7 (docs/evidence/performance.md).
+SETTLED = 0.1
 # What a video file's ending asks of ffmpeg. Quality where nothing of the film's fine structure is lost to the eye.
 # A path of a key for each frame of an hour has some ten MiB.
 _MOST_PATH_BYTES = 16 << 20
@@ -230,9 +230,33 @@ def scene_at(scene: Scene, films: Sequence[FlowingFilm], film_s: float, camera: 
     return scene
 
 
-def draw_frame(now: Scene, samples: int, size: tuple[int, int] | None, threads: int | None) -> Image:
-    """The picture of a frame, with no more samples than it takes to settle."""
-    return draw(now, {"samples": samples, "size": size, "threads": threads, "settled": SETTLED}, None)
+def draw_frame(
+    now: Scene,
+    samples: int,
+    size: tuple[int, int] | None,
+    threads: int | None,
+    before: Image | None = None,
+) -> Image:
+    """The picture of a frame, with no more samples than it takes to settle.
+
+    before   a frame of the same scene by the same camera, at which only films have flowed since: where it shows no surface
+             it is taken as it is, with the same bytes as if it were drawn again
+    """
+    asked = {"samples": samples, "size": size, "threads": threads, "settled": SETTLED}
+    if before is None or before._surfaces is None:
+        return draw(now, asked, None)
+    x, y, width, height = part = before._surfaces
+    drawn = draw(now, {**asked, "crop": part}, None)
+    place = (slice(y, y + height), slice(x, x + width))
+
+    def whole(old: Any, new: Any) -> Any:
+        joined = old.copy()
+        joined[place] = new
+        return joined
+
+    planes = {name: whole(plane, drawn._planes[name]) for name, plane in before._planes.items()}
+    facts = {name: value for name, value in drawn._facts.items() if name != "crop"}
+    return Image._of_render(whole(before._xyz, drawn._xyz), planes, {}, facts, part)
 
 
 def standing_films(scene: Scene, films: Sequence[FlowingFilm]) -> list[bytes | None]:

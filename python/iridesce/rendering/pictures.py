@@ -128,7 +128,7 @@ def draw(
             check_same(keep.path, keep.head)
         asked["keep"] = (keep.path, keep.head, keep.after_s, keep.resume)
     with watched(progress, "rendering") as tell:
-        xyz, planes, spectral, info, notes = _core.render_scene(scene._core, asked, tell)
+        xyz, planes, spectral, info, surfaces, notes = _core.render_scene(scene._core, asked, tell)
     for note in notes:
         warnings.warn(note, stacklevel=2)
     samples, seed, seconds, simd, threads = info
@@ -153,7 +153,7 @@ def draw(
         spectral["spectral_nm"] = np.array(asked["spectral_nm"])
     if "spectral_stokes" in spectral:
         spectral["spectra"] = seen_spectra(spectral["spectral_stokes"], tree)
-    return Image._of_render(xyz, planes, spectral, facts)
+    return Image._of_render(xyz, planes, spectral, facts, surfaces)
 
 
 def _asked(given: dict[str, Any]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ import pytest
 
 import iridesce as ir
 from iridesce.rendering import animation
+from iridesce.rendering.pictures import draw
 
 SMALL = ("--size", "48x32", "--samples", "1", "--columns", "304", "--fps", "20")
 CAMERA = {"position": [0.0, 0.0, 16.0], "target": [0.0, 0.0, 0.0], "up": [0.0, 1.0, 0.0], "fov_deg": 35.0}
@@ -137,12 +138,44 @@ def test_frames_are_the_scene_at_their_times(tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     key = "object.bubble.surface.film.thickness_nm"
+    # The second frame was drawn over the first; this one stands alone.
     scene = ir.Scene.load("soap-bubble").with_value(key, ir.thickness.flow("free-bubble", 0.2, columns=304))
-    image = ir.render(scene, samples=1, size=(48, 32))
+    image = animation.draw_frame(scene, 1, (48, 32), None)
     image.save(tmp_path / "wanted.png", exposure=1.0)
     image.save(tmp_path / "wanted.exr")
     for ending in ("png", "exr"):
         assert (tmp_path / f"wanted.{ending}").read_bytes() == (tmp_path / "run" / f"frame_00001.{ending}").read_bytes()
+
+
+def test_a_frame_is_drawn_where_something_may_have_changed_and_nowhere_else() -> None:
+    scene = ir.Scene.load("soap-bubble").with_value("object.bubble.surface.film.thickness_nm", 300.0)
+    first = animation.draw_frame(scene, 4, (200, 100), None)
+    left, top, width, height = first._surfaces or (0, 0, 0, 0)
+    shown = np.argwhere(first.channels["object"] >= 0)
+    assert shown.min(0).tolist() >= [top, left] and shown.max(0).tolist() < [top + height, left + width]
+    assert 0.3 < width * height / (200 * 100) < 0.7
+    later = scene.with_value("object.bubble.surface.film.thickness_nm", 400.0)
+    alone, over = animation.draw_frame(later, 4, (200, 100), None), animation.draw_frame(later, 4, (200, 100), None, first)
+    assert (alone.xyz == over.xyz).all() and (alone.xyz != first.xyz).any()
+    for name, plane in alone.channels.items():
+        np.testing.assert_array_equal(plane, over.channels[name])
+    assert over.metadata["scene"] == alone.metadata["scene"] and "crop" not in over.metadata
+    # What lies behind is really taken over, not drawn.
+    dark = first._of_render(np.zeros_like(first.xyz), dict(first._planes), {}, first.metadata, first._surfaces)
+    assert left > 0 and (animation.draw_frame(later, 4, (200, 100), None, dark).xyz[:, :left] == 0.0).all()
+
+
+def test_settled_frames_look_like_whole_ones() -> None:
+    flow = ir.thickness.flow("free-bubble", 0.1, columns=304)
+    scene = ir.Scene.load("soap-bubble").with_value("object.bubble.surface.film.thickness_nm", flow)
+    # From the middle of the bubble to its rim, as footage of 1280 x 720 shows it.
+    asked = {"samples": 12, "size": (1280, 720), "crop": (640, 330, 304, 48)}
+    plain, settled = draw(scene, asked, None), draw(scene, {**asked, "settled": animation.SETTLED}, None)
+    stops, film = plain.exposure_stops(), plain.channels["object"] >= 0
+    lab = [ir.color.convert(image.rgb(exposure=stops)[film], "srgb", "lab") for image in (plain, settled)]
+    difference = ir.color.delta_e(*lab)
+    assert 0.0 < np.median(difference) < 0.5 and np.percentile(difference, 95) < 3.0
+    assert settled.channels["samples"][film].mean() < 6.0
 
 
 def test_without_ffmpeg_there_are_frames(tmp_path: Path) -> None:

@@ -13,17 +13,18 @@ const EDDY_WAVES: u64 = 12;
 
 /// Velocity of the air at the upper and the right sides of cells.
 pub fn air(wind: &[Vec<f64>; 2], eddies: &[([Vec<f64>; 2], f64, f64)], p: &Parameters, time: f64) -> [Vec<f64>; 2] {
-    let mut out = wind.clone();
-    if p.eddies > 0.0 {
-        let heights: Vec<f64> = eddies.iter().map(|(_, rate, phase)| p.eddies * (rate * time + phase).cos()).collect();
-        for (part, out) in out.iter_mut().enumerate() {
-            out.par_chunks_mut(4096).enumerate().for_each(|(block, out)| {
-                for ((field, ..), height) in eddies.iter().zip(&heights) {
-                    let field = &field[part][block * 4096..];
-                    wide!(out.iter_mut().zip(field).for_each(|(out, field)| *out += height * field));
-                }
-            });
-        }
+    let mut out = [0, 1].map(|part| vec![0.0; wind[part].len()]);
+    let blowing = if p.eddies > 0.0 { eddies } else { &[] };
+    let heights: Vec<f64> = blowing.iter().map(|(_, rate, phase)| p.eddies * (rate * time + phase).cos()).collect();
+    for (part, out) in out.iter_mut().enumerate() {
+        // All that blows on a block of sides while it is in the cache.
+        out.par_chunks_mut(4096).zip(wind[part].par_chunks(4096)).enumerate().for_each(|(block, (out, wind))| {
+            out.copy_from_slice(wind);
+            for ((field, ..), height) in blowing.iter().zip(&heights) {
+                let field = &field[part][block * 4096..];
+                wide!(out.iter_mut().zip(field).for_each(|(out, field)| *out += height * field));
+            }
+        });
     }
     out
 }

@@ -52,6 +52,13 @@ use crate::variance::MOST_BATCHES;
 /// half of this times the deviation of the light from its mean; docs/evidence/performance.md has the trade against time.
 const FAINT: f32 = 2e-4;
 
+/// Luminance below which a branch goes on in one of [`GROUP`] samples alone, with their weight, where a picture may end early.
+/// What it finds varies little within a pixel, so that this makes less noise than chance would at that luminance.
+const SPARSE: f32 = 2e-3;
+
+/// Samples of a pixel that share a sparse branch: four of the net lie evenly, and each of them anywhere.
+pub const GROUP: u32 = 4;
+
 /// Probability to survive at hits beyond `max_depth` where hardly anything may be lost, diffuse ones and those of very long walks:
 /// without it a walk among perfect whites, or within perfect mirrors, would never end.
 const LATE_SURVIVAL: f32 = 0.95;
@@ -70,6 +77,8 @@ struct Path {
     hits: u32,
     /// The luminance below which it survives only by chance.
     floor: f32,
+    /// It stands for those of all samples of its group.
+    is_sparse: bool,
     medium: MediumStack,
     /// U and V are zero (and their storage is stale).
     in_plane: bool,
@@ -179,6 +188,10 @@ pub struct Tracer<'a> {
     /// What is added up beside them, if anything was asked for.
     extras: Option<Extras>,
     failure: Option<PathFailure>,
+    /// A ray of the pixel has met a surface.
+    has_met_surface: bool,
+    /// Whether the sample under work carries the sparse branches of its group; `None` where each sample carries its own.
+    carries_sparse: Option<bool>,
     /// Where paths were scattered last, by slot.
     scattered: Vec<Scattered>,
     /// Thicknesses of the layers at the hit under work, nm.
@@ -211,6 +224,8 @@ impl<'a> Tracer<'a> {
             batch: 0,
             extras: Extras::new(&spectra.nodes),
             failure: None,
+            has_met_surface: false,
+            carries_sparse: None,
             scattered: vec![Scattered::default(); slots],
             thicknesses: Vec::new(),
             expected: Vec::new(),
@@ -231,6 +246,13 @@ impl<'a> Tracer<'a> {
         (self.escaped.batch, self.bare.batch) = (batch, batch);
     }
 
+    /// How the rays from now on deal with branches below [`SPARSE`]: each carries its own (`None`), or one of [`GROUP`] samples
+    /// carries those of all.
+    #[inline(always)]
+    pub fn begin_sample(&mut self, carries_sparse: Option<bool>) {
+        self.carries_sparse = carries_sparse;
+    }
+
     /// Ends a pixel: what each batch came to can then be taken; or tells why there is nothing. Either way it starts afresh.
     #[inline(always)]
     pub fn finish<S: Simd>(&mut self, simd: S) -> Result<(), PathFailure> {
@@ -246,6 +268,12 @@ impl<'a> Tracer<'a> {
                 Err(failure)
             }
         }
+    }
+
+    /// Whether any of the rays since this was asked last has met a surface.
+    #[inline(always)]
+    pub fn has_met_surface(&mut self) -> bool {
+        std::mem::take(&mut self.has_met_surface)
     }
 
     /// The sums of a batch over its rays.
@@ -272,6 +300,7 @@ impl<'a> Tracer<'a> {
             }
             return true;
         };
+        self.has_met_surface = true;
         let Some(slot) = self.free.pop() else { unreachable!("all slots are free between camera rays") };
         let start = slot * 4 * self.blocks;
         let has_stokes = self.extras.as_ref().is_some_and(Extras::has_stokes);
@@ -297,6 +326,7 @@ impl<'a> Tracer<'a> {
             slot,
             hits: 0,
             floor: FAINT,
+            is_sparse: false,
             medium: scene.enclosing_media(&ray),
             in_plane: !has_stokes,
             is_unpolarized: polarizer.is_none() && !has_stokes,

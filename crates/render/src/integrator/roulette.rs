@@ -2,12 +2,13 @@
 //!
 //! All branches that matter go on, the others survive with a probability and are weighted by its inverse. The control
 //! variate: what the branch would find if its surroundings had their mean radiance is added for certain, and only the
-//! difference from that is left to chance.
+//! difference from that is left to chance. Pictures that end where tiles have settled share the branches below [`SPARSE`]
+//! among the samples of a pixel before that, in turn and not by chance.
 
 use fearless_simd::Simd;
 use iridesce_numerics::Vec3;
 
-use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Since, Sums, Target, Tracer};
+use super::{Continuation, FAINT, GROUP, LATE_SURVIVAL, Path, SPARSE, Since, Sums, Target, Tracer};
 use crate::geometry::Hit;
 use crate::materials::Material;
 use crate::medium_stack::MediumStack;
@@ -138,7 +139,7 @@ impl Tracer<'_> {
         &mut self,
         simd: S,
         path: &mut Path,
-        luminance: f32,
+        mut luminance: f32,
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) -> bool {
@@ -150,6 +151,20 @@ impl Tracer<'_> {
         if path.hits > self.scene.max_depth.saturating_add(LONG_WALK) {
             // Nearly all of the light stays on a walk that is still going: where total reflection keeps it in, for ever.
             path.floor = path.floor.max(luminance / LATE_SURVIVAL);
+        }
+        if luminance < SPARSE
+            && !path.is_sparse
+            && let Some(carries) = self.carries_sparse
+        {
+            self.add_mean_light(simd, path, 1.0, sums);
+            if !carries {
+                return false;
+            }
+            path.is_sparse = true;
+            path.floor *= GROUP as f32;
+            luminance *= GROUP as f32;
+            self.scale(simd, path, GROUP as f32);
+            self.add_mean_light(simd, path, -1.0, sums);
         }
         if luminance >= path.floor {
             return true;

@@ -224,6 +224,7 @@ def _draw(shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
 
     done = count - len(missing)
     saved: Future[Any] | None = None
+    before: Image | None = None
     with progress_bar("frames", counted=True) as advance, animation.Beside() as beside:
         advance(done, count)
         flowed = beside.flow(scene(missing[0])) if missing else None
@@ -237,7 +238,9 @@ def _draw(shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
             with warnings.catch_warnings():
                 # What there is to say of media is said once.
                 warnings.simplefilter("default" if drawn == 1 else "ignore")
-                image = animation.draw_frame(scene(number), asked["samples"], size, shot.threads)
+                image = animation.draw_frame(scene(number), asked["samples"], size, shot.threads, before)
+            if not shot.path.moves:
+                before = image
             if stops is None:
                 stops = image.exposure_stops(asked["exposure"])
                 shot.run.start(stops=stops)
