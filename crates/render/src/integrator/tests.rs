@@ -47,6 +47,7 @@ fn over_plates(index: Complex64, plates: &[Plate]) -> (Vec<f64>, Vec<[f64; 2]>) 
             hits: 0,
             medium: MediumStack::default(),
             floor: 0.0,
+            is_sparse: false,
             in_plane: true,
             is_unpolarized: true,
             band: None,
