@@ -155,7 +155,10 @@ def test_a_frame_is_drawn_where_something_may_have_changed_and_nowhere_else() ->
     assert shown.min(0).tolist() >= [top, left] and shown.max(0).tolist() < [top + height, left + width]
     assert 0.3 < width * height / (200 * 100) < 0.7
     later = scene.with_value("object.bubble.surface.film.thickness_nm", 400.0)
-    alone, over = animation.draw_frame(later, 4, (200, 100), None), animation.draw_frame(later, 4, (200, 100), None, first)
+    alone, over = (
+        animation.draw_frame(later, 4, (200, 100), None),
+        animation.draw_frame(later, 4, (200, 100), None, first),
+    )
     assert (alone.xyz == over.xyz).all() and (alone.xyz != first.xyz).any()
     for name, plane in alone.channels.items():
         np.testing.assert_array_equal(plane, over.channels[name])
