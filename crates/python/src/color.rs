@@ -1,7 +1,6 @@
 //! Bindings of the color stage. Arrays arrive as flat rows of three, checked and broadcast by the Python module.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
 
 use iridesce::files::read_lamp;
 use iridesce::numerics::Argument;
@@ -21,8 +20,8 @@ use crate::files::{PyReport, plain};
 use crate::interrupt::{Long, beside, fill};
 use crate::medium::Medium;
 
-/// Longest time between two looks at Ctrl-C.
-const SLICE: Duration = Duration::from_millis(100);
+/// Colours of one call of the core: more than a hundred tasks.
+const SLICE: usize = 1 << 16;
 
 /// Adds this stage's names to `_core`.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -261,19 +260,14 @@ fn stack_color<'py>(
     let work = |watch: &Watch| -> Answer<(Vec<String>, Forced)> {
         let made = StackColor::new(request)?;
         let mut forced = Forced::default();
-        // Slices of about SLICE each, so that a stop is seen; the first is small, as nothing is known of the speed yet.
-        let (mut done, mut slice) = (0, 256);
-        while done < angle.len() && !watch.is_stopped() {
-            let end = angle.len().min(done + slice);
-            let start = Instant::now();
+        // The watch is asked within; slices only bound what is held beside the answer, and are many tasks for every core.
+        for done in (0..angle.len()).step_by(SLICE) {
+            let end = angle.len().min(done + SLICE);
             let colors = made.colors_watched(&thickness[done * layers..end * layers], &angle[done..end], watch)?;
-            let speedup = SLICE.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-6);
-            slice = ((slice as f64 * speedup.clamp(0.1, 8.0)) as usize).clamp(16, 1 << 20);
             rows[done..end].copy_from_slice(&colors.values);
             if colors.forced.steps > forced.steps {
                 forced = colors.forced;
             }
-            done = end;
         }
         Ok((made.extended(), forced))
     };
