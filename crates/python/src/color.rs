@@ -20,8 +20,10 @@ use crate::files::{PyReport, plain};
 use crate::interrupt::{Long, beside, fill};
 use crate::medium::Medium;
 
-/// Colours of one call of the core: more than a hundred tasks.
+/// Colours of one call of the core: more than a hundred tasks. The watch is asked within, but for the two-beam form: its
+/// slices are short.
 const SLICE: usize = 1 << 16;
+const SLICE_TWO_BEAM: usize = 1 << 10;
 
 /// Adds this stage's names to `_core`.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -249,6 +251,7 @@ fn stack_color<'py>(
     };
     let request = request()?;
     let layers = request.coherent.len();
+    let slice = if request.model == Model::TwoBeam { SLICE_TWO_BEAM } else { SLICE };
     let (thickness, angle) = (thickness_nm.as_slice()?, angle_deg.as_slice()?);
     if thickness.len() != angle.len() * layers {
         return Err(Error::value("thicknesses and angles do not belong together"));
@@ -260,9 +263,8 @@ fn stack_color<'py>(
     let work = |watch: &Watch| -> Answer<(Vec<String>, Forced)> {
         let made = StackColor::new(request)?;
         let mut forced = Forced::default();
-        // The watch is asked within; slices only bound what is held beside the answer, and are many tasks for every core.
-        for done in (0..angle.len()).step_by(SLICE) {
-            let end = angle.len().min(done + SLICE);
+        for done in (0..angle.len()).step_by(slice).take_while(|_| !watch.is_stopped()) {
+            let end = angle.len().min(done + slice);
             let colors = made.colors_watched(&thickness[done * layers..end * layers], &angle[done..end], watch)?;
             rows[done..end].copy_from_slice(&colors.values);
             if colors.forced.steps > forced.steps {
