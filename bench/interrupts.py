@@ -126,6 +126,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tries", type=int, default=20)
     parser.add_argument("--part", default="1/1", help="I/N: every N-th call, from the I-th on")
+    parser.add_argument("--folder", type=Path, help="where the large files are kept for the next run")
     parser.add_argument("names", nargs="*", help="only calls whose name holds one of these")
     arguments = parser.parse_args()
     chance = random.Random(1)
@@ -134,8 +135,8 @@ def main() -> None:
         first - 1 :: step
     ]
     with tempfile.TemporaryDirectory() as place:
-        folder = Path(place)
-        if any(name.split()[-1] in READ for name in names):
+        folder = arguments.folder or Path(place)
+        if any(name.split()[-1] in READ for name in names) and not (folder / "sheet.obj").exists():
             large_files(folder)
         print("worst (median) of tries, in ms")
         print(f"{'call':<32} {'first':>18} {'again':>18}")

@@ -1,9 +1,9 @@
 """Sweeps measured: overhead a point, efficiency with 1 and 2 processes, kills survived with equal bytes.
 
-    python bench/sweeps.py [--kills 50]
+    python bench/sweeps.py [--kills 50] [--only overhead]
 
 Overhead: processor time of `ir.sweep` a point (which other work on the machine stretches least), less that of the same calls
-in a plain loop (so: checks, the store, the index).
+in a plain loop, which writes a file a point where the sweep has a store (so: checks, digests, the index).
 Efficiency: points a second of two worker processes over twice those of one, in turn, the median of three.
 """
 
@@ -49,13 +49,17 @@ def overhead(points: int) -> None:
     values = np.linspace(0.0, 1000.0, points).tolist()
     scene = ir.Scene.load("soap-bubble").with_value("camera.resolution", [64, 48]).with_value("render.samples", 1)
 
-    def colors() -> None:
+    def colors(folder: Path | None) -> None:
         for nm in values:
-            ir.Stack(["air", ir.Layer("soap", nm), "air"]).color()
+            found = ir.Stack(["air", ir.Layer("soap", nm), "air"]).color()
+            if folder is not None:
+                np.save(folder / f"{nm}.npy", found)
 
-    def pictures() -> None:
+    def pictures(folder: Path | None) -> None:
         for nm in values[: points // 4]:
-            ir.render(scene.with_value(FILM, nm), threads=1)
+            found = ir.render(scene.with_value(FILM, nm), threads=1)
+            if folder is not None:
+                found.save(folder / f"{nm}.exr")
 
     for name, base, key, loop, count in (
         ("color", SOAP, NM, colors, points),
@@ -64,23 +68,27 @@ def overhead(points: int) -> None:
         measured(name, base, {key: values[:count]}, loop, count)
 
 
-def measured(name: str, base: Any, vary: dict[str, Any], loop: Callable[[], object], count: int) -> None:
-    rows: dict[str, list[float]] = {"loop": [], "memory": [], "store": [], "again": []}
+def measured(name: str, base: Any, vary: dict[str, Any], loop: Callable[[Path | None], object], count: int) -> None:
+    rows: dict[str, list[float]] = {"loop": [], "files": [], "memory": [], "store": [], "again": []}
     for _ in range(5):
         with tempfile.TemporaryDirectory() as folder:
-            rows["loop"].append(processor_seconds(loop))
+            rows["loop"].append(processor_seconds(functools.partial(loop, None)))
+            rows["files"].append(processor_seconds(functools.partial(loop, Path(folder))))
             rows["memory"].append(processor_seconds(lambda: ir.sweep(base, vary, threads=1)))
             store = Path(folder) / "store"
             rows["store"].append(processor_seconds(functools.partial(ir.sweep, base, vary, threads=1, store=store)))
             rows["again"].append(processor_seconds(functools.partial(ir.sweep, base, vary, store=store)))
     ms = {what: 1e3 * statistics.median(times) / count for what, times in rows.items()}
-    print(f"{name}: loop {ms['loop']:.2f} ms a point; beyond it {ms['memory'] - ms['loop']:.2f} ms in memory,")
-    print(f"    {ms['store'] - ms['loop']:.2f} ms into a store; a finished store is read at {ms['again']:.2f} ms")
+    print(f"{name}: loop {ms['loop']:.2f} ms a point, {ms['files']:.2f} with a file each;")
+    print(
+        f"    beyond it {ms['memory'] - ms['loop']:.2f} ms in memory, {ms['store'] - ms['files']:.2f} ms into a store;"
+    )
+    print(f"    a finished store is read at {ms['again']:.2f} ms")
 
 
-def efficiency(distributed: Any) -> None:
+def efficiency(distributed: Any, count: int) -> None:
     scene = ir.Scene.load("soap-bubble").with_value("camera.resolution", [96, 72]).with_value("render.samples", 16)
-    vary = {FILM: np.linspace(100.0, 700.0, 40)}
+    vary = {FILM: np.linspace(100.0, 700.0, count)}
     rates: dict[int, list[float]] = {1: [], 2: []}
     clusters = {
         n: distributed.LocalCluster(n_workers=n, threads_per_worker=1, host="127.0.0.1", dashboard_address=None)
@@ -91,7 +99,7 @@ def efficiency(distributed: Any) -> None:
         ir.sweep(scene, {FILM: [1.0, 2.0]}, client=client)
     for _ in range(3):
         for n, client in clients.items():
-            rates[n].append(40 / seconds(lambda c=client: ir.sweep(scene, vary, client=c)))  # type: ignore[misc]
+            rates[n].append(count / seconds(lambda c=client: ir.sweep(scene, vary, client=c)))  # type: ignore[misc]
     one, two = (statistics.median(rates[n]) for n in (1, 2))
     print(f"processes: 1 {one:.1f} points/s, 2 {two:.1f} points/s, efficiency {two / one / 2:.2f}")
     for n in (1, 2):
@@ -104,12 +112,12 @@ def slow(stack: Any) -> Any:
     return stack.color()
 
 
-def started(address: str) -> subprocess.Popen[bytes]:
+def started(address: str, name: str) -> subprocess.Popen[bytes]:
     """A worker without Dask's nanny, which gives up where a worker dies while it starts."""
     command = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-nanny"]
     paths = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
     return subprocess.Popen(
-        [*command, "--no-dashboard", "--host", "127.0.0.1"],
+        [*command, "--no-dashboard", "--host", "127.0.0.1", "--name", name],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         env={**os.environ, "PYTHONPATH": paths},
@@ -117,7 +125,7 @@ def started(address: str) -> subprocess.Popen[bytes]:
 
 
 def kills(distributed: Any, wanted: int) -> None:
-    """Of three workers one is killed every 0.8 s, and another started in its place, as batch systems do."""
+    """Of three workers one that is at work is killed every 0.8 s, and another started in its place, as batch systems do."""
     points = 8 * wanted
     vary = {NM: np.linspace(0.0, 1000.0, points)}
     with (
@@ -127,17 +135,22 @@ def kills(distributed: Any, wanted: int) -> None:
     ):
         done, killed = threading.Event(), 0
         rng = np.random.default_rng(1)
-        workers = [started(cluster.scheduler_address) for _ in range(3)]
+        workers = {name: started(cluster.scheduler_address, name) for name in ("0", "1", "2")}
         client.wait_for_workers(3)
 
         def kill() -> None:
             nonlocal killed
             while killed < wanted and not done.wait(0.8):
-                one = int(rng.integers(len(workers)))
-                workers[one].kill()
-                workers[one].wait()
-                workers[one] = started(cluster.scheduler_address)
+                there = [str(one["name"]) for one in client.scheduler_info(n_workers=-1)["workers"].values()]
+                alive = sorted(set(there) & set(workers))
+                if not alive:
+                    continue
+                victim = workers.pop(alive[int(rng.integers(len(alive)))])
+                victim.kill()
+                victim.wait()
                 killed += 1
+                name = str(killed + 2)
+                workers[name] = started(cluster.scheduler_address, name)
 
         killer = threading.Thread(target=kill)
         killer.start()
@@ -146,7 +159,7 @@ def kills(distributed: Any, wanted: int) -> None:
         finally:
             done.set()
             killer.join()
-            for worker in workers:
+            for worker in workers.values():
                 worker.kill()
         ir.sweep(SOAP, vary, quantity=slow, store=Path(folder) / "here")
         files = {p.name: p.read_bytes() for p in (Path(folder) / "here" / "points").iterdir()}
@@ -161,15 +174,19 @@ if __name__ == "__main__":
     reading = argparse.ArgumentParser(description=__doc__)
     reading.add_argument("--kills", type=int, default=50)
     reading.add_argument("--points", type=int, default=400)
+    reading.add_argument("--only", choices=("overhead", "efficiency", "kills"), help="one of the three")
     given = reading.parse_args()
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     warnings.simplefilter("ignore")
-    overhead(given.points)
+    if given.only in (None, "overhead"):
+        overhead(given.points)
     try:
         import distributed
     except ImportError:
         print("processes, kills: the extra dask is not installed")
     else:
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
-        efficiency(distributed)
-        kills(distributed, given.kills)
+        if given.only in (None, "efficiency"):
+            efficiency(distributed, given.points // 10)
+        if given.only in (None, "kills"):
+            kills(distributed, given.kills)

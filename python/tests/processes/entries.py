@@ -23,6 +23,7 @@ SLAB = ir.Stack(
         "air",
     ]
 )
+TRIPLES = np.random.default_rng(5).random((5_000, 3))
 
 
 def _picture() -> ir.Image:
@@ -96,6 +97,14 @@ def _sweep() -> bytes:
     return _floats(ir.sweep("air / soap 320 / air", {"layers.0.thickness_nm": [100.0, 200.0, 300.0]}).values)
 
 
+def _merged() -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        parts = [Path(folder) / f"{part}.exr" for part in (1, 2)]
+        for number, part in enumerate(parts, start=1):
+            ir.render("wafer", size=(64, 48), samples=1, shard=(number, 2)).save(part)
+        return _floats(ir.merge(parts).xyz)
+
+
 def _mesh() -> bytes:
     points, faces = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(1, 3, 2), (1, 2, 4), (1, 4, 3), (2, 3, 4)]
     text = "".join(f"v {x} {y} {z}\n" for x, y, z in points) + "".join(f"f {a} {b} {c}\n" for a, b, c in faces)
@@ -129,7 +138,7 @@ ENTRIES: dict[str, Callable[[], bytes]] = {
     "thickness.simulate": lambda: b"".join(
         _floats(frame.thickness_nm) for frame in ir.thickness.simulate("late", time_s=0.02)
     ),
-    "ThicknessMap.save, load": _exr_map,
+    "thickness.ThicknessMap.save, load": _exr_map,
     "ColorTable": lambda: _floats(_table().color(np.linspace(0.0, 400.0, 5_000))),
     "ColorTable.save, load": _table_file,
     "fit_thickness": _fit,
@@ -138,9 +147,38 @@ ENTRIES: dict[str, Callable[[], bytes]] = {
     "recipes": _recipes,
     "sweep": _sweep,
     "render of a mesh": _mesh,
+    "merge": _merged,
+    "Stack.mueller": lambda: _floats(MANY.mueller(550.0, 30.0)),
+    "color.delta_e": lambda: _floats(ir.color.delta_e(100.0 * TRIPLES, 100.0 * TRIPLES[::-1])),
+    "color.convert": lambda: _floats(ir.color.convert(TRIPLES, "xyz", "lab")),
+    "color.map_gamut": lambda: _floats(ir.color.map_gamut(2.0 * TRIPLES, "srgb")[0]),
+    "thickness.gradient": lambda: _floats(ir.thickness.gradient(0.0, 900.0).at_height(TRIPLES[:, 0])),
 }
 
 
 def _flowing() -> ir.Scene:
     flow = {"flow": {"preset": "late", "time_s": 0.02, "seed": 3}}
     return ir.Scene.load("soap-bubble").with_value("object.bubble.surface.film.thickness_nm", flow)
+
+
+# Public names that use no worker threads of their own, and why.
+WITHOUT: dict[str, str] = {
+    "ArgumentError": "an error",
+    "ResourceError": "an error",
+    "SceneError": "an error",
+    "Layer": "a value",
+    "Measurement": "a value; its fit is fit_thickness",
+    "ReadReport": "a value",
+    "SweepResult": "a value",
+    "CameraCalibration": "a value; its calibration is numpy on one thread",
+    "Scene": "a recipe; resolve() is what render does first",
+    "media": "a list",
+    "fit": "the module of fit_thickness",
+    "plot": "pictures by matplotlib, of what Stack and color answer",
+    "exchange": "the module of export, validate and import_scene",
+    "export": "files of what ColorTable, render and Stack answer",
+    "import_scene": "reads texts",
+    "validate": "compares pictures by numpy",
+    "widget": "a page in a notebook: a table of ColorTable's",
+    "map_thickness_video": "map_thickness, frame by frame",
+}

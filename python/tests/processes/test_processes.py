@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from processes.entries import ENTRIES
+import iridesce as ir
+from processes.entries import ENTRIES, WITHOUT
 
 HERE = Path(__file__).parent
 
@@ -99,6 +100,11 @@ def digests(how: str, script: Path, **more: str) -> dict[str, str]:
 @pytest.fixture(scope="module")
 def here(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return digests("here", tmp_path_factory.mktemp("here") / "program.py")
+
+
+def test_every_public_name_is_an_entry_or_uses_no_threads() -> None:
+    entries = {name.replace(",", " ").replace(".", " ").split()[0] for name in ENTRIES}
+    assert entries | set(WITHOUT) == set(ir.__all__) and not entries & set(WITHOUT)
 
 
 @pytest.mark.parametrize("how", ["fork", "fork pool", "spawn pool", "threads", "asyncio"])
