@@ -1,4 +1,4 @@
-"""Ctrl-C while packages are imported for the first time.
+"""Ctrl-C while packages are imported for the first time, and while others work.
 
 C code that runs during an import may lose a ``KeyboardInterrupt``: numpy's does, where Ctrl-C comes while it looks for
 ``datetime``, and its import then fails with an ``ImportError`` that names neither. Whether the key was pressed is known
@@ -10,11 +10,15 @@ from __future__ import annotations
 import contextlib
 import signal
 import sys
-from collections.abc import Iterator, Sequence
+import threading
+from collections.abc import Callable, Iterator, Sequence
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from types import ModuleType
+from typing import Any, TypeVar
 
-__all__ = ["keep_in_submodules", "kept_interrupts"]
+__all__ = ["heard", "keep_in_submodules", "kept_interrupts"]
+
+T = TypeVar("T")
 
 
 @contextlib.contextmanager
@@ -89,3 +93,25 @@ class _Finder:
 def keep_in_submodules(package: str) -> None:
     """Any module of a package may be the first that a program imports, and so the one that imports numpy."""
     sys.meta_path.insert(0, _Finder(package))
+
+
+def heard(function: Callable[..., T], *arguments: Any) -> T:
+    """What a function of another package answers that may work for seconds without Python's lock, such as a decomposition: Ctrl-C
+    is heard meanwhile. The work itself cannot be stopped; it ends in its own time, and nobody waits for it.
+    """
+    answers: list[T] = []
+    errors: list[BaseException] = []
+
+    def work() -> None:
+        try:
+            answers.append(function(*arguments))
+        except BaseException as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    while thread.is_alive():
+        thread.join(0.03)
+    if errors:
+        raise errors[0]
+    return answers[0]

@@ -14,6 +14,7 @@ import pytest
 
 import iridesce as ir
 from iridesce import _core
+from iridesce._interrupts import heard
 from iridesce.optics import multilayer
 
 ROWS = np.random.default_rng(1).random((300_000, 3))
@@ -97,3 +98,17 @@ def test_ctrl_c_among_the_depths_of_one_field() -> None:
     with pytest.raises(KeyboardInterrupt):
         film.field_profile(depth, 550.0)
     assert time.perf_counter() - began < 0.6 * whole + 0.03
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_ctrl_c_while_another_package_works() -> None:
+    assert heard(divmod, 7, 2) == (3, 1)
+    with pytest.raises(ZeroDivisionError):
+        heard(divmod, 7, 0)
+    main = threading.main_thread().ident
+    assert main is not None
+    began = time.perf_counter()
+    threading.Timer(0.1, signal.pthread_kill, (main, signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        heard(time.sleep, 5.0)
+    assert time.perf_counter() - began < 3.0
