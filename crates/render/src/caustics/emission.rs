@@ -26,6 +26,10 @@ const SHOWN: u32 = 8;
 /// Pairs of a lamp and a surface, the brightest ones.
 const MOST_PAIRS: usize = 64;
 
+/// Lights, and surfaces that mirror or refract, of which pairs are made.
+const MOST_LIGHTS: usize = 64;
+const MOST_CASTERS: usize = 1024;
+
 /// Surfaces between a lamp and a place.
 const MOST_EVENTS: u32 = 8;
 
@@ -123,7 +127,18 @@ fn pairs(scene: &Prepared, casters: &[usize]) -> Vec<(LightId, Caster, f64)> {
     if is_endless {
         balls.push(Caster { object: None, center: all.0, radius: all.1 });
     }
-    for light in (0..spectra.lights.count()).map(|at| spectra.lights.id(at)) {
+    // Of very many the brightest and the largest: as many pairs as there are would take for ever to list.
+    let mut lights: Vec<LightId> = (0..spectra.lights.count()).map(|at| spectra.lights.id(at)).collect();
+    if lights.len() > MOST_LIGHTS {
+        let expected = |light: &LightId| spectra.lights.expected(*light, all.0);
+        lights.sort_by(|a, b| expected(b).total_cmp(&expected(a)));
+        lights.truncate(MOST_LIGHTS);
+    }
+    if balls.len() > MOST_CASTERS {
+        balls.sort_by(|a, b| b.radius.total_cmp(&a.radius));
+        balls.truncate(MOST_CASTERS);
+    }
+    for light in lights {
         let Some(aim) = Aim::of(spectra, light) else { continue };
         for caster in balls.iter().filter(|caster| is_small(&aim, caster)) {
             let irradiance = spectra.lights.expected(light, caster.center);
@@ -225,7 +240,8 @@ impl Emission<'_> {
                         * self.spectra.lights.expected(light, p)
                 }
             };
-            let direct = self.spectra.lights.all_expected(p);
+            let lights = &self.spectra.lights;
+            let direct = if lights.count() > MOST_LIGHTS { lights.expected(light, p) } else { lights.all_expected(p) };
             // Where rays cross, as much as a good lens makes.
             let irradiance = (share * flux / area.max(1e-300)).min(1e6 * direct);
             if irradiance > LEAST_IRRADIANCE * direct {
