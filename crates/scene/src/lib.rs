@@ -6,6 +6,7 @@
 //! ```
 
 mod affine;
+mod bodies;
 mod builtin;
 mod cache;
 mod check;

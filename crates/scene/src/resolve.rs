@@ -3,21 +3,20 @@
 use std::fmt;
 use std::sync::Arc;
 
-use iridesce_files::{EnvironmentMap, Mesh, quoted};
+use iridesce_files::{EnvironmentMap, Mesh};
 use iridesce_flow::{FilmRun, Films, FlowError};
 use iridesce_numerics::Watch;
 use iridesce_optics::color::Illuminant;
 use iridesce_thickness::{FlowField, ThicknessError, ThicknessModel};
 
 use crate::affine::Affine;
+use crate::bodies::Bodies;
 use crate::error::{ResolveError, SceneError};
 use crate::field::{Ground, ThicknessField};
 use crate::files::Maps;
 use crate::films::stored;
 use crate::heights::Heights;
-use crate::model::{
-    EnvironmentSource, Instances, Light, MapFile, Object, Reflectance, Roughness, Scene, Shape, Sun, Surface, Thickness,
-};
+use crate::model::{EnvironmentSource, Light, MapFile, Object, Reflectance, Roughness, Scene, Sun, Surface, Thickness};
 use crate::schema::MAX_THICKNESS_NM;
 use crate::sky::sky;
 use crate::studio::studio;
@@ -46,7 +45,7 @@ impl Context {
     /// what geometry needs, without the maps and the films.
     pub fn body(&self, scene: &Scene, object: usize, watch: &Watch) -> Result<Body, ResolveError> {
         let mut bodies = Bodies::default();
-        bodies.read(scene, &scene.objects[object], self, watch).map_err(|error| match error {
+        bodies.read(scene, &scene.objects[object], &self.maps, watch).map_err(|error| match error {
             ResolveError::Scene(error) => ResolveError::Scene(error.in_file(scene.origin.file.as_deref())),
             stopped => stopped,
         })?;
@@ -180,7 +179,7 @@ impl Reader<'_> {
         let mut bodies = Bodies::default();
         for object in &scene.objects {
             watch.check()?;
-            bodies.read(scene, object, self.context, watch).map_err(|error| match error {
+            bodies.read(scene, object, &self.context.maps, watch).map_err(|error| match error {
                 ResolveError::Scene(error) => ResolveError::Scene(self.in_file(error)),
                 stopped => stopped,
             })?;
@@ -423,86 +422,6 @@ fn read_surface_files(
         _ => {}
     }
     Ok(files)
-}
-
-/// What files say of objects beside their layers.
-#[derive(Default)]
-struct Bodies {
-    meshes: Vec<Option<Arc<Mesh>>>,
-    placements: Vec<Arc<[Affine]>>,
-    bumps: Vec<Option<Heights>>,
-    notes: Vec<String>,
-}
-
-impl Bodies {
-    fn read(&mut self, scene: &Scene, object: &Object, context: &Context, watch: &Watch) -> Result<(), ResolveError> {
-        let path = |key: &str| format!("object.{}.{key}", object.name);
-        let at = |error: SceneError, key: &str| {
-            let key = path(key);
-            let line = scene.line_of(&key);
-            error.at(key, line)
-        };
-        let mesh = match &object.shape {
-            Shape::Mesh(file) => {
-                let mesh = context.maps.mesh(file, scene.unit, &scene.origin, watch);
-                watch.check()?;
-                let mesh = mesh.map_err(|e| at(e, "shape.mesh.file"))?;
-                let fills = matches!(object.surface, Surface::Dielectric(_) | Surface::Coating(_));
-                let open = if fills { context.maps.open_edge(file, scene.unit, &mesh, watch) } else { Ok(None) };
-                watch.check()?;
-                let open = open.map_err(|none| at(SceneError::new(none.to_string()), "shape.mesh.file"))?;
-                if let Some(edge) = open {
-                    let [a, b] = edge.ends;
-                    let message = format!(
-                        "{} must be closed, since a medium fills it: the edge from {a:?} to {b:?} of triangle {} is open",
-                        quoted(&file.name),
-                        edge.triangle
-                    );
-                    return Err(at(SceneError::new(message), "shape.mesh.file").into());
-                }
-                for note in &mesh.notes {
-                    let note = format!("{}: {note}", quoted(&file.name));
-                    if !self.notes.contains(&note) {
-                        self.notes.push(note);
-                    }
-                }
-                if object.bump.is_some() && mesh.uv.is_none() {
-                    let message =
-                        format!("{} cannot be a map on this mesh, whose file has no texture coordinates", path("bump"));
-                    return Err(at(SceneError::new(message), "bump").into());
-                }
-                Some(mesh)
-            }
-            _ => None,
-        };
-        self.meshes.push(mesh);
-        let own = &object.placement.transform;
-        let all: Arc<[Affine]> = match &object.placement.instances {
-            Instances::Once => Arc::new([*own]),
-            Instances::List(list) => list.iter().map(|by| by.after(own)).collect(),
-            Instances::File(file) => {
-                let list = context.maps.transforms(file, watch);
-                watch.check()?;
-                list.map_err(|e| at(e, "instances.file"))?.iter().map(|by| by.after(own)).collect()
-            }
-        };
-        if let Some(flat) = all.iter().position(|by| by.inverse().is_none()) {
-            let message = format!("{} must have an inverse: that of instance {flat} has none", path("instances"));
-            return Err(at(SceneError::new(message), "instances").into());
-        }
-        self.placements.push(all);
-        let bump = match &object.bump {
-            None => None,
-            Some(bump) => {
-                let grid = context.maps.thickness(&bump.file, watch);
-                watch.check()?;
-                let grid = grid.map_err(|e| at(e, "bump.map"))?;
-                Some(Heights::new(grid.shares(), bump.height))
-            }
-        };
-        self.bumps.push(bump);
-        Ok(())
-    }
 }
 
 /// Films that have to flow, and where they lie: object and layer.
