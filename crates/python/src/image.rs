@@ -49,7 +49,7 @@ fn develop_image<'py>(
 #[pyfunction]
 fn auto_exposure(py: Python<'_>, xyz: PyReadonlyArray3<'_, f32>, depth: PyReadonlyArray2<'_, f32>) -> Result<f64> {
     let (xyz, depth) = (xyz.as_slice()?, depth.as_slice()?);
-    Ok(beside(py, Long::default(), |_| image::auto_exposure(xyz, depth))??)
+    Ok(beside(py, Long::default(), |watch| image::auto_exposure(xyz, depth, &|| watch.is_stopped()))??)
 }
 
 #[derive(FromPyObject)]

@@ -94,7 +94,7 @@ const AUTO_TARGET: f64 = 0.9;
 /// p is the 95th percentile of the largest linear Rec.709 component (of a grey, its Y) over the pixels that show a surface
 /// (finite `depth`), or over all pixels where surfaces fill less than a hundredth of the picture: the meter looks at the
 /// films and not at the lamps around them. 0 for a black picture. `depth` is empty or has one value a pixel.
-pub fn auto_exposure(xyz: &[f32], depth: &[f32]) -> Result<f64, FileError> {
+pub fn auto_exposure(xyz: &[f32], depth: &[f32], stop: Stop<'_>) -> Result<f64, FileError> {
     let pixels = xyz.len() / 3;
     if !xyz.len().is_multiple_of(3) || !(depth.is_empty() || depth.len() == pixels) {
         return Err(FileError::Argument(format!(
@@ -108,20 +108,63 @@ pub fn auto_exposure(xyz: &[f32], depth: &[f32]) -> Result<f64, FileError> {
         let rgb = apply(&matrix, [0, 1, 2].map(|c| sound(xyz[3 * i + c])));
         rgb.into_iter().fold(0.0, f64::max)
     };
-    let mut metered: Vec<f64> = (0..depth.len()).filter(|i| depth[*i].is_finite()).map(brightest).collect();
-    if metered.len() < pixels.div_ceil(100) {
-        metered = (0..pixels).map(brightest).collect();
+    let is_surface = |i: usize| depth.get(i).is_some_and(|depth| depth.is_finite());
+    let mut counts = histogram(pixels, &|i| is_surface(i).then(|| brightest(i)), stop)?;
+    let surfaces = counts.iter().sum::<u64>() >= pixels.div_ceil(100) as u64;
+    let metered = |i: usize| (!surfaces || is_surface(i)).then(|| brightest(i));
+    if !surfaces {
+        counts = histogram(pixels, &metered, stop)?;
     }
-    if metered.is_empty() {
-        return Ok(0.0);
+    let Some(last) = counts.iter().sum::<u64>().checked_sub(1) else { return Ok(0.0) };
+    let (mut rank, mut place) = (last * 95 / 100, 0);
+    while counts[place] <= rank {
+        rank -= counts[place];
+        place += 1;
     }
-    let rank = (metered.len() - 1) * 95 / 100;
-    let p = *metered.select_nth_unstable_by(rank, f64::total_cmp).1;
+    let mut there = Vec::with_capacity(counts[place] as usize);
+    for i in 0..pixels {
+        if i % BLOCK == 0 && stop() {
+            return Err(FileError::Cancelled);
+        }
+        there.extend(metered(i).filter(|value| bucket(*value) == place));
+    }
+    let p = *there.select_nth_unstable_by(rank as usize, f64::total_cmp).1;
     if p <= 0.0 {
         return Ok(0.0);
     }
     let stops = (AUTO_TARGET / p).log2().clamp(-MAX_EXPOSURE, MAX_EXPOSURE);
     Ok((stops * 100.0).round() / 100.0)
+}
+
+/// Buckets of a number's sign, exponent and four bits behind it: they stand in the order of the numbers, from 0 on.
+const BUCKETS: usize = 1 << 16;
+
+fn bucket(value: f64) -> usize {
+    (value.to_bits() >> 48) as usize
+}
+
+/// How many of the pixels that have a value, 0 or more, have it in each bucket.
+fn histogram(
+    pixels: usize,
+    value: &(dyn Fn(usize) -> Option<f64> + Sync),
+    stop: Stop<'_>,
+) -> Result<Vec<u64>, FileError> {
+    (0..pixels.div_ceil(BLOCK))
+        .into_par_iter()
+        .with_min_len(64)
+        .try_fold(
+            || vec![0; BUCKETS],
+            |mut counts, block| {
+                if stop() {
+                    return Err(FileError::Cancelled);
+                }
+                for value in (block * BLOCK..pixels.min((block + 1) * BLOCK)).filter_map(value) {
+                    counts[bucket(value)] += 1;
+                }
+                Ok(counts)
+            },
+        )
+        .try_reduce(|| vec![0; BUCKETS], |a, b| Ok(a.into_iter().zip(b).map(|(a, b)| a + b).collect()))
 }
 
 /// NaN counts as 0, infinities as the largest number, so that what follows stays a number.
@@ -271,11 +314,11 @@ mod tests {
                         assert!(rgb.iter().all(|v| (0.0..=1.0).contains(v)), "{xyz:?}: {rgb:?}");
                     }
                 }
-                assert!(auto_exposure(&xyz, &[]).unwrap().is_finite());
+                assert!(auto_exposure(&xyz, &[], &|| false).unwrap().is_finite());
             }
         }
         assert!(develop(&[], &how(OutputSpace::Srgb, 0.0, Mapping::Hue), &|| false).unwrap().rgb.is_empty());
-        assert_eq!(auto_exposure(&[], &[]).unwrap(), 0.0);
+        assert_eq!(auto_exposure(&[], &[], &|| false).unwrap(), 0.0);
     }
 
     #[test]
@@ -288,7 +331,7 @@ mod tests {
         let error = develop(&[0.0; 4], &how(OutputSpace::Srgb, 0.0, Mapping::Hue), &|| false).unwrap_err();
         assert!(error.to_string().contains("got 4"));
         assert!(OutputSpace::named("SRGB").unwrap_err().to_string().contains("\"rec2020\", got \"SRGB\""));
-        assert!(auto_exposure(&[0.0; 6], &[1.0]).is_err());
+        assert!(auto_exposure(&[0.0; 6], &[1.0], &|| false).is_err());
     }
 
     #[test]
@@ -301,12 +344,29 @@ mod tests {
         depth[900..990].fill(f32::INFINITY);
         let xyz: Vec<f32> = grey.iter().flat_map(|g| xyz(OutputSpace::Srgb, [f64::from(*g); 3])).collect();
         // 910 metered: rank 863 (of 0 to 909) is 0.25 + 0.25 * 863 / 899 = 0.48999; log2(0.9 / 0.48999) = 0.877.
-        assert_eq!(auto_exposure(&xyz, &depth).unwrap(), 0.88);
+        assert_eq!(auto_exposure(&xyz, &depth, &|| false).unwrap(), 0.88);
         // Without a surface all pixels count: the lamp.
-        assert_eq!(auto_exposure(&xyz, &[]).unwrap(), -10.12);
+        assert_eq!(auto_exposure(&xyz, &[], &|| false).unwrap(), -10.12);
         depth.fill(f32::INFINITY);
         depth[..9].fill(1.0);
-        assert_eq!(auto_exposure(&xyz, &depth).unwrap(), -10.12, "surfaces of less than a hundredth do not count");
-        assert_eq!(auto_exposure(&[0.0; 30], &[]).unwrap(), 0.0);
+        assert_eq!(
+            auto_exposure(&xyz, &depth, &|| false).unwrap(),
+            -10.12,
+            "surfaces of less than a hundredth do not count"
+        );
+        assert_eq!(auto_exposure(&[0.0; 30], &[], &|| false).unwrap(), 0.0);
+        assert!(matches!(auto_exposure(&xyz, &[], &|| true), Err(FileError::Cancelled)));
+    }
+
+    #[test]
+    fn the_meter_takes_the_number_of_its_rank() {
+        // Y of greys all over the range of numbers, in no order: the rank by a plain sort.
+        let grey: Vec<f64> =
+            (0..20_000_u32).map(|i| (f64::from(i.wrapping_mul(2_654_435_761) >> 8) / 1e6).exp2()).collect();
+        let xyz: Vec<f32> = grey.iter().flat_map(|g| xyz(OutputSpace::Srgb, [*g; 3])).collect();
+        let mut sorted = grey;
+        sorted.sort_by(f64::total_cmp);
+        let wanted = (AUTO_TARGET / sorted[19_999 * 95 / 100]).log2();
+        assert!((auto_exposure(&xyz, &[], &|| false).unwrap() - wanted).abs() < 0.006);
     }
 }
