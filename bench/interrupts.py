@@ -136,6 +136,7 @@ def main() -> None:
     ]
     with tempfile.TemporaryDirectory() as place:
         folder = arguments.folder or Path(place)
+        folder.mkdir(parents=True, exist_ok=True)
         if any(name.split()[-1] in READ for name in names) and not (folder / "sheet.obj").exists():
             large_files(folder)
         print("worst (median) of tries, in ms")
