@@ -340,6 +340,14 @@ def test_no_file_names_the_machine_it_was_written_on() -> None:
     assert wrong == []
 
 
+def test_examples_of_docstrings_leave_no_file_behind() -> None:
+    """They run in the folder of whoever runs the tests."""
+    leaving = re.compile(r'(>>>|\.\.\.) .*\.save\("')
+    sources = {file: file.read_text(encoding="utf-8") for file in (ROOT / "python" / "iridesce").rglob("*.py")}
+    assert [file.name for file, text in sources.items() if leaving.search(text)] == []
+    assert leaving.search('>>> result.save("series.csv")') and not leaving.search('... result.save(f"{folder}/x")')
+
+
 # --- length of files
 
 MOST_LINES = 500

@@ -17,6 +17,7 @@ from iridesce import _core
 from iridesce.arguments.operands import Floats
 from iridesce.arguments.refusals import Words, complaint, refusal, within
 from iridesce.optics.averages import layer_airy
+from iridesce.optics.layer import check_one_thickness
 from iridesce.optics.medium import Medium
 from iridesce.optics.stack_text import parse_items
 from iridesce.stack import Layer, Stack
@@ -82,15 +83,7 @@ def read_problem(stack: Any, layer: Any, index: Any, quantity: str, angle_deg: f
                 "a coherent layer",
                 Words(place + 1),
             )
-    for number, one in enumerate(made.layers, start=1):
-        if np.size(one.thickness_nm) != 1:
-            raise complaint(
-                f"a fit needs one thickness a layer, got {np.size(one.thickness_nm)} for layer {number}",
-                "thickness_nm",
-                "one number a layer",
-                Words(np.size(one.thickness_nm)),
-                f"for layer {number}",
-            )
+    check_one_thickness(made.layers, "a fit")
     return Problem(made, unknown, quantity, angle_deg, polarization, _read_index(index, made, unknown))
 
 

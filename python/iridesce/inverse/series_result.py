@@ -112,11 +112,15 @@ class SeriesResult:
         Returns    None
         Raises     ValueError for another ending; OSError
 
+        >>> import tempfile
         >>> import numpy as np
         >>> import iridesce as ir
         >>> nm = np.arange(450.0, 800.0, 4.0)
         >>> film = ir.Stack(["air", ir.Layer("soap", thickness_nm=np.linspace(1000.0, 900.0, 8)[:, None]), "air"])
-        >>> ir.fit_series(nm, film.reflectance(nm), "air / soap ? / air", gain=1.0).save("series.csv")
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     ir.fit_series(nm, film.reflectance(nm), "air / soap ? / air", gain=1.0).save(f"{folder}/series.csv")
+        ...     print(Path(folder, "series.csv").read_text().splitlines()[0])
+        time_s,thickness_nm,low_nm,high_nm,verdict,probability_of_order,no_film,kappa
         """
         place = Path(file_name(path, rows.FORMATS))
         facts = {

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import Operand, real_operand
-from iridesce.arguments.refusals import complaint, refusal
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.optics.evaluation import medium_repr
 from iridesce.optics.graded import between, of_index, slices
 from iridesce.optics.medium import Medium, MediumLike, as_medium
@@ -165,3 +165,16 @@ class Layer(Fixed):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Layer, (self.medium, self.thickness_nm, self.coherent)
+
+
+def check_one_thickness(layers: Sequence[Layer], what: str) -> None:
+    """Refuse layers with several thicknesses, where ``what`` ("a fit") takes one of each.
+
+    >>> check_one_thickness([Layer("soap", [1.0, 2.0])], "a fit")
+    Traceback (most recent call last):
+    iridesce.errors.ArgumentError: a fit needs one thickness a layer, got 2 for layer 1
+    """
+    for number, layer in enumerate(layers, start=1):
+        if (count := np.size(layer.thickness_nm)) != 1:
+            words = f"{what} needs one thickness a layer, got {count} for layer {number}"
+            raise complaint(words, "thickness_nm", "one number a layer", Words(count), f"for layer {number}")

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from iridesce.arguments.operands import Floats, real_operand
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.color.screen import monochromatic
+from iridesce.optics.layer import check_one_thickness
 from iridesce.optics.stack_text import parse_items
 from iridesce.plot._arguments import StackLike, Stacks, angles, listed, stack_name, words
 from iridesce.plot._style import Theme, begin, heading, legend, number
@@ -145,15 +146,7 @@ def _stack(stack: StackLike) -> Stack:
         stack = Stack.parse(stack)
     if not isinstance(stack, Stack):
         raise refusal("stack", "an iridesce.Stack or its text", stack)
-    for place, layer in enumerate(stack.layers, start=1):
-        if np.size(layer.thickness_nm) != 1:
-            raise complaint(
-                f"a spectrum needs one thickness a layer, got {np.size(layer.thickness_nm)} for layer {place}",
-                "thickness_nm",
-                "one number a layer",
-                Words(np.size(layer.thickness_nm)),
-                f"for layer {place}",
-            )
+    check_one_thickness(stack.layers, "a spectrum")
     return stack
 
 
