@@ -98,67 +98,74 @@ fn header<'a>(bytes: &'a [u8], report: &mut ReadReport) -> Result<Header<'a>, St
         *at += end + 1;
         Ok(&rest[..end])
     };
-    let number =
-        |name: &str, word: &str| -> Result<f64, String> {
-            word.trim().parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0).ok_or_else(|| {
-                format!("damaged Radiance HDR: {name} must be a number > 0, got {}", quoted(word.trim()))
-            })
-        };
     loop {
         let line = next(&mut at)?;
         if line.is_empty() || line == b"\r" {
             break;
         }
-        let line = String::from_utf8_lossy(line);
-        let Some((name, value)) = line.split_once('=') else { continue };
-        match name.trim().to_uppercase().as_str() {
-            "FORMAT" => match value.trim() {
-                "32-bit_rle_rgbe" => {}
-                "32-bit_rle_xyze" => {
-                    return Err("its pixels are XYZ (FORMAT=32-bit_rle_xyze); convert it to 32-bit_rle_rgbe".into());
-                }
-                other => {
-                    return Err(format!("Radiance HDR of FORMAT={}; 32-bit_rle_rgbe is read", quoted(other)));
-                }
-            },
-            "EXPOSURE" => {
-                let exposure = number("EXPOSURE", value)?;
-                scale = scale.map(|value| value * exposure);
-                report.note(format!("EXPOSURE={exposure}: the values are divided by it"));
-            }
-            "COLORCORR" => {
-                let words: Vec<&str> = value.split_whitespace().collect();
-                let [r, g, b] = words[..] else {
-                    return Err(format!("damaged Radiance HDR: COLORCORR needs three numbers, got {}", quoted(value)));
-                };
-                for (scale, word) in scale.iter_mut().zip([r, g, b]) {
-                    *scale *= number("COLORCORR", word)?;
-                }
-                report.note(format!("COLORCORR={}: the values are divided by it", value.trim()));
-            }
-            "PIXASPECT" if (number("PIXASPECT", value)? - 1.0).abs() > SLACK => {
-                return Err(format!("its pixels are not square (PIXASPECT={})", quoted(value.trim())));
-            }
-            "GAMMA" if (number("GAMMA", value)? - 1.0).abs() > SLACK => {
-                return Err(format!("its values are not linear (GAMMA={})", quoted(value.trim())));
-            }
-            "PRIMARIES" => {
-                let numbers: Vec<f64> = value.split_whitespace().filter_map(|word| word.parse().ok()).collect();
-                let is_same = numbers.len() == 8 && numbers.iter().zip(REC709).all(|(a, b)| (a - b).abs() <= SLACK);
-                if !is_same {
-                    return Err(format!(
-                        "its colours have other primaries and white (PRIMARIES={}) than Rec.709; convert it to linear Rec.709",
-                        quoted(value.trim())
-                    ));
-                }
-            }
-            _ => {}
+        if let Some((name, value)) = String::from_utf8_lossy(line).split_once('=') {
+            variable(&name.trim().to_uppercase(), value.trim(), &mut scale, report)?;
         }
     }
     if scale.iter().any(|value| *value <= 0.0 || !value.is_finite()) {
         return Err(format!("damaged Radiance HDR: its exposures multiply to {scale:?}"));
     }
-    let line = String::from_utf8_lossy(next(&mut at)?).into_owned();
+    let layout = layout(&String::from_utf8_lossy(next(&mut at)?), report)?;
+    let is_scaled = scale != [1.0; 3];
+    Ok((layout, is_scaled.then_some(scale), &bytes[at..]))
+}
+
+/// One line `NAME=value` of a header: what it divides the values by, or why they cannot be read.
+fn variable(name: &str, value: &str, scale: &mut [f64; 3], report: &mut ReadReport) -> Result<(), String> {
+    let number = |word: &str| -> Result<f64, String> {
+        let number = word.parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0);
+        number.ok_or_else(|| format!("damaged Radiance HDR: {name} must be a number > 0, got {}", quoted(word)))
+    };
+    match name {
+        "FORMAT" => match value {
+            "32-bit_rle_rgbe" => {}
+            "32-bit_rle_xyze" => {
+                return Err("its pixels are XYZ (FORMAT=32-bit_rle_xyze); convert it to 32-bit_rle_rgbe".into());
+            }
+            other => return Err(format!("Radiance HDR of FORMAT={}; 32-bit_rle_rgbe is read", quoted(other))),
+        },
+        "EXPOSURE" => {
+            let exposure = number(value)?;
+            *scale = scale.map(|value| value * exposure);
+            report.note(format!("EXPOSURE={exposure}: the values are divided by it"));
+        }
+        "COLORCORR" => {
+            let words: Vec<&str> = value.split_whitespace().collect();
+            let [r, g, b] = words[..] else {
+                return Err(format!("damaged Radiance HDR: COLORCORR needs three numbers, got {}", quoted(value)));
+            };
+            for (scale, word) in scale.iter_mut().zip([r, g, b]) {
+                *scale *= number(word)?;
+            }
+            report.note(format!("COLORCORR={value}: the values are divided by it"));
+        }
+        "PIXASPECT" if (number(value)? - 1.0).abs() > SLACK => {
+            return Err(format!("its pixels are not square (PIXASPECT={})", quoted(value)));
+        }
+        "GAMMA" if (number(value)? - 1.0).abs() > SLACK => {
+            return Err(format!("its values are not linear (GAMMA={})", quoted(value)));
+        }
+        "PRIMARIES" => {
+            let numbers: Vec<f64> = value.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+            if numbers.len() != 8 || numbers.iter().zip(REC709).any(|(a, b)| (a - b).abs() > SLACK) {
+                return Err(format!(
+                    "its colours have other primaries and white (PRIMARIES={}) than Rec.709; convert it to linear Rec.709",
+                    quoted(value)
+                ));
+            }
+        }
+        _ => {}
+    }
+    Ok(())
+}
+
+/// The line of the size, `-Y 512 +X 1024`: how many scan lines of what length, and which way they run.
+fn layout(line: &str, report: &mut ReadReport) -> Result<Layout, String> {
     let words: Vec<&str> = line.split_whitespace().collect();
     let wrong =
         || format!("damaged Radiance HDR: its size must be like \"-Y 512 +X 1024\", it is {}", quoted(line.trim()));
@@ -176,8 +183,7 @@ fn header<'a>(bytes: &'a [u8], report: &mut ReadReport) -> Result<Header<'a>, St
     if (first, second) != ("-Y", "+X") {
         report.note(format!("its scan lines run {first} {second}; the picture is turned upright"));
     }
-    let is_scaled = scale != [1.0; 3];
-    Ok((layout, is_scaled.then_some(scale), &bytes[at..]))
+    Ok(layout)
 }
 
 /// Decodes one scan line; what follows it, or nothing where the bytes do not make one.

@@ -6,7 +6,7 @@ use crate::report::ReadReport;
 use crate::role::{Role, roles};
 use crate::rows::Rows;
 use crate::text::decode_text;
-use crate::words::{harmless, quoted};
+use crate::words::{harmless, listed, quoted};
 
 /// Largest file of a spectrum, bytes.
 pub const MAX_SPECTRUM_BYTES: u64 = 64 << 20;
@@ -100,6 +100,105 @@ fn read(text: &str, encoding: &str, choice: &SpectrumChoice<'_>) -> Result<Spect
 /// The name of a column, its numbers, and its unit with what says it, where something does.
 type ValueColumn = (String, Vec<f64>, Option<(ValueUnit, &'static str)>);
 
+/// What the columns beside the axis are.
+struct Columns<'a> {
+    rows: &'a Rows,
+    axis: usize,
+    roles: Vec<Role>,
+    others: Vec<usize>,
+}
+
+/// Where the measurement is.
+enum Found {
+    /// In a column, and why in that one.
+    Column(usize, &'static str),
+    /// In counts of the dark, the lamp and the sample.
+    Counts([usize; 3]),
+}
+
+impl<'a> Columns<'a> {
+    fn new(rows: &'a Rows, axis: usize) -> Self {
+        let is_other = |&place: &usize| place != axis && !(place == 0 && is_counted(rows, axis));
+        let others = (0..rows.names.len()).filter(is_other).collect();
+        Self { rows, axis, roles: roles(&rows.names, axis), others }
+    }
+
+    fn having(&self, role: Role) -> Vec<usize> {
+        self.others.iter().copied().filter(|&place| self.roles[place] == role).collect()
+    }
+
+    fn list(&self, places: &[usize]) -> String {
+        let names: Vec<String> = places.iter().map(|&place| self.rows.called(place)).collect();
+        listed(names.iter().map(String::as_str))
+    }
+
+    /// The column that was asked for.
+    fn asked(&self, asked: &str) -> Result<Found, String> {
+        let place = self.rows.place(asked, "column").map_err(|why| why.replace("must be 1 to", "must be 2 to"))?;
+        if place == self.axis {
+            return Err(format!("column must be 2 to {}, got {asked}: that is the axis", self.rows.names.len()));
+        }
+        Ok(Found::Column(place, "column="))
+    }
+
+    /// The column that the names tell.
+    fn by_name(&self, quantity: &str) -> Result<Found, String> {
+        let wanted = if quantity == "transmittance" { Role::Transmittance } else { Role::Reflectance };
+        match self.having(wanted).as_slice() {
+            &[place] => Ok(Found::Column(place, "its own name")),
+            [] => match (&*self.having(Role::Dark), &*self.having(Role::Lamp), &*self.having(Role::Sample)) {
+                (&[dark], &[lamp], &[sample]) => Ok(Found::Counts([dark, lamp, sample])),
+                _ => self.by_what_is_left(wanted, quantity),
+            },
+            several => Err(format!(
+                "which column is the {quantity}? {} are named so; column= takes a name or a number",
+                self.list(several)
+            )),
+        }
+    }
+
+    /// No column has the name that is wanted: one of another name, where only one can be meant.
+    fn by_what_is_left(&self, wanted: Role, quantity: &str) -> Result<Found, String> {
+        let (other, other_name) = match wanted {
+            Role::Transmittance => (Role::Reflectance, "reflectance"),
+            _ => (Role::Transmittance, "transmittance"),
+        };
+        let called = |place: usize| quoted(&self.rows.called(place));
+        match (&*self.having(Role::Absorbance), &*self.having(other), &*self.others) {
+            (&[place], _, _) if wanted == Role::Transmittance => Ok(Found::Column(place, "its own name")),
+            (&[place], [], _) => Err(format!(
+                "{} is absorbance; a {quantity} cannot be had from it (quantity=\"transmittance\" converts it, column= \
+                 takes another)",
+                called(place)
+            )),
+            (_, &[place], _) => Err(format!(
+                "its column {} is no {quantity}; quantity=\"{other_name}\" takes it (column= another)",
+                called(place)
+            )),
+            (_, _, &[place]) => Ok(Found::Column(place, "the only one beside the axis")),
+            _ => match (&*self.having(Role::Sample), &*self.having(Role::Unknown)) {
+                (&[place], _) | ([], &[place]) => Ok(Found::Column(place, "the only one that can be it")),
+                _ => Err(format!(
+                    "which column is the {quantity}? there are {}; column= takes a name or a number",
+                    self.list(&self.others)
+                )),
+            },
+        }
+    }
+
+    /// The unit of a column, where its name says it.
+    fn unit(&self, place: usize) -> Option<ValueUnit> {
+        let lower = self.rows.names[place].to_lowercase();
+        let is_percent = ["%", "percent", "prozent"].into_iter().any(|word| lower.contains(word));
+        match self.roles[place] {
+            _ if is_percent => Some(ValueUnit::Percent),
+            Role::Absorbance => Some(ValueUnit::Absorbance),
+            Role::Dark | Role::Lamp | Role::Sample => Some(ValueUnit::Counts),
+            _ => None,
+        }
+    }
+}
+
 /// The measurement.
 fn measurement(
     rows: &Rows,
@@ -107,98 +206,29 @@ fn measurement(
     choice: &SpectrumChoice<'_>,
     report: &mut ReadReport,
 ) -> Result<ValueColumn, String> {
-    let roles = roles(&rows.names, axis);
-    let others: Vec<usize> =
-        (0..rows.names.len()).filter(|&place| place != axis && !(place == 0 && is_counted(rows, axis))).collect();
-    let having = |role: Role| -> Vec<usize> { others.iter().copied().filter(|&place| roles[place] == role).collect() };
-    let (wanted, other) = match choice.quantity {
-        "transmittance" => (Role::Transmittance, Role::Reflectance),
-        _ => (Role::Reflectance, Role::Transmittance),
+    let columns = Columns::new(rows, axis);
+    let found = match choice.column {
+        Some(asked) => columns.asked(asked)?,
+        None => columns.by_name(choice.quantity)?,
     };
-    let named = |place: usize| rows.called(place);
-    let list = |places: &[usize]| {
-        let names: Vec<String> = places.iter().map(|&place| named(place)).collect();
-        crate::words::listed(names.iter().map(String::as_str))
+    let (place, why) = match found {
+        Found::Counts(places) => return Ok(ratio_of_counts(rows, places, choice.quantity, report)),
+        Found::Column(place, why) => (place, why),
     };
-    let (place, why) = if let Some(asked) = choice.column {
-        let place = rows.place(asked, "column").map_err(|why| why.replace("must be 1 to", "must be 2 to"))?;
-        if place == axis {
-            return Err(format!("column must be 2 to {}, got {asked}: that is the axis", rows.names.len()));
-        }
-        (place, "column=")
-    } else {
-        match (having(wanted).as_slice(), having(Role::Absorbance).as_slice()) {
-            (&[place], _) => (place, "its own name"),
-            ([], absorbance) => {
-                if let (&[dark], &[lamp], &[sample]) =
-                    (having(Role::Dark).as_slice(), having(Role::Lamp).as_slice(), having(Role::Sample).as_slice())
-                {
-                    return Ok(ratio_of_counts(rows, [dark, lamp, sample], choice.quantity, report));
-                }
-                match (absorbance, having(other).as_slice(), others.as_slice()) {
-                    (&[place], _, _) if wanted == Role::Transmittance => (place, "its own name"),
-                    (&[place], [], _) => {
-                        return Err(format!(
-                            "{} is absorbance; a {} cannot be had from it (quantity=\"transmittance\" converts it, \
-                             column= takes another)",
-                            quoted(&named(place)),
-                            choice.quantity
-                        ));
-                    }
-                    (_, &[place], _) => {
-                        return Err(format!(
-                            "its column {} is no {}; quantity=\"{}\" takes it (column= another)",
-                            quoted(&named(place)),
-                            choice.quantity,
-                            if other == Role::Transmittance { "transmittance" } else { "reflectance" }
-                        ));
-                    }
-                    (_, _, &[place]) => (place, "the only one beside the axis"),
-                    _ => match (having(Role::Sample).as_slice(), having(Role::Unknown).as_slice()) {
-                        (&[place], _) | ([], &[place]) => (place, "the only one that can be it"),
-                        _ => {
-                            return Err(format!(
-                                "which column is the {}? there are {}; column= takes a name or a number",
-                                choice.quantity,
-                                list(&others)
-                            ));
-                        }
-                    },
-                }
-            }
-            (several, _) => {
-                return Err(format!(
-                    "which column is the {}? {} are named so; column= takes a name or a number",
-                    choice.quantity,
-                    list(several)
-                ));
-            }
-        }
-    };
-    let name = named(place);
+    let name = rows.called(place);
     let column = rows.columns[place].clone();
     if let Some((line, word)) = &rows.garbage
         && column.iter().zip(&rows.lines).any(|(value, at)| at == line && value.is_nan())
     {
         report.drop(format!("line {line}: {} is no number", quoted(word)));
     }
-    let unused: Vec<usize> = others.into_iter().filter(|&other| other != place).collect();
+    let unused: Vec<usize> = columns.others.iter().copied().filter(|&other| other != place).collect();
     if !unused.is_empty() {
         report.note(format!("column {} of {} is used: {}", place + 1, rows.names.len(), quoted(&name)));
-        report.drop(format!("the columns {}", list(&unused)));
+        report.drop(format!("the columns {}", columns.list(&unused)));
     }
-    let lower = rows.names[place].to_lowercase();
-    let unit = if lower.contains('%') || lower.contains("percent") || lower.contains("prozent") {
-        Some((ValueUnit::Percent, "its own name"))
-    } else if roles[place] == Role::Absorbance {
-        Some((ValueUnit::Absorbance, "its own name"))
-    } else if matches!(roles[place], Role::Dark | Role::Lamp | Role::Sample) {
-        Some((ValueUnit::Counts, "its own name"))
-    } else {
-        None
-    };
     report.take(choice.quantity, &name, "", why);
-    Ok((name, column, unit))
+    Ok((name, column, columns.unit(place).map(|unit| (unit, "its own name"))))
 }
 
 /// (sample - dark) / (reference - dark).
@@ -242,6 +272,51 @@ fn saturated(values: &[f64], top: f64) -> Vec<bool> {
     found
 }
 
+/// The unit that was asked for.
+fn asked_unit(asked: Option<&str>) -> Result<Option<ValueUnit>, String> {
+    match asked {
+        None => Ok(None),
+        Some("ratio") => Ok(Some(ValueUnit::Ratio)),
+        Some("percent" | "%") => Ok(Some(ValueUnit::Percent)),
+        Some("counts") => Ok(Some(ValueUnit::Counts)),
+        Some("absorbance") => Ok(Some(ValueUnit::Absorbance)),
+        Some(other) => {
+            Err(format!("unit_y must be \"ratio\", \"percent\", \"counts\" or \"absorbance\", got {}", quoted(other)))
+        }
+    }
+}
+
+/// The unit that the sizes of the values tell, and by what: those of the range that will be used.
+fn unit_of_sizes(
+    (nm, values): (&[f64], &[f64]),
+    range_nm: Option<(f64, f64)>,
+    column: &str,
+    report: &mut ReadReport,
+) -> Result<(ValueUnit, &'static str), String> {
+    let inside = |nm: f64| range_nm.is_none_or(|(low, high)| (low..=high).contains(&nm));
+    let used = nm.iter().zip(values).filter(|&(&nm, value)| inside(nm) && value.is_finite());
+    let mut used: Vec<f64> = used.map(|(_, &value)| value).collect();
+    used.sort_by(f64::total_cmp);
+    let share = |part: f64| used.get(((used.len().max(1) - 1) as f64 * part).round() as usize).copied().unwrap_or(0.0);
+    let (low, high) = (share(0.05), share(0.95));
+    if high <= 1.0 {
+        Ok((ValueUnit::Ratio, "no value says otherwise"))
+    } else if high <= 1.5 {
+        Ok((ValueUnit::Ratio, "95 % of the values lie below 1.5"))
+    } else if high <= 2.5 {
+        Err(format!(
+            "{}: values reach {high:.4}: percent, or a ratio above 1? unit_y=\"percent\" or unit_y=\"ratio\"",
+            quoted(column)
+        ))
+    } else if high <= 130.0 && low > -10.0 {
+        report.note(format!("values reach {high:.4}: taken as percent"));
+        Ok((ValueUnit::Percent, "the size of 95 % of the values"))
+    } else {
+        report.note(format!("values reach {high:.4}: counts; only their shape is used"));
+        Ok((ValueUnit::Counts, "the size of the values"))
+    }
+}
+
 /// The values in ratios where they are a reflectance or a transmittance.
 fn in_ratios(
     nm: &[f64],
@@ -256,49 +331,10 @@ fn in_ratios(
         report.drop(format!("{broken} values beyond {MOST_COUNTS:e}, which no detector gives"));
         values.iter_mut().filter(|value| value.abs() > MOST_COUNTS).for_each(|value| *value = f64::NAN);
     }
-    let asked = match choice.unit_y {
-        None => None,
-        Some("ratio") => Some(ValueUnit::Ratio),
-        Some("percent" | "%") => Some(ValueUnit::Percent),
-        Some("counts") => Some(ValueUnit::Counts),
-        Some("absorbance") => Some(ValueUnit::Absorbance),
-        Some(other) => {
-            return Err(format!(
-                "unit_y must be \"ratio\", \"percent\", \"counts\" or \"absorbance\", got {}",
-                quoted(other)
-            ));
-        }
-    };
-    let inside = |nm: f64| choice.range_nm.is_none_or(|(low, high)| (low..=high).contains(&nm));
-    let mut used: Vec<f64> = nm
-        .iter()
-        .zip(&values)
-        .filter(|&(&nm, value)| inside(nm) && value.is_finite())
-        .map(|(_, &value)| value)
-        .collect();
-    used.sort_by(f64::total_cmp);
-    let share = |part: f64| used.get(((used.len().max(1) - 1) as f64 * part).round() as usize).copied().unwrap_or(0.0);
-    let (low, high) = (share(0.05), share(0.95));
-    let (unit, why) = match (asked, said) {
+    let (unit, why) = match (asked_unit(choice.unit_y)?, said) {
         (Some(unit), _) => (unit, "unit_y="),
-        (None, Some((unit, why))) => (unit, why),
-        (None, None) if high <= 1.5 => {
-            (ValueUnit::Ratio, if high > 1.0 { "95 % of the values lie below 1.5" } else { "no value says otherwise" })
-        }
-        (None, None) if high <= 2.5 => {
-            return Err(format!(
-                "{}: values reach {high:.4}: percent, or a ratio above 1? unit_y=\"percent\" or unit_y=\"ratio\"",
-                quoted(column)
-            ));
-        }
-        (None, None) if high <= 130.0 && low > -10.0 => {
-            report.note(format!("values reach {high:.4}: taken as percent"));
-            (ValueUnit::Percent, "the size of 95 % of the values")
-        }
-        (None, None) => {
-            report.note(format!("values reach {high:.4}: counts; only their shape is used"));
-            (ValueUnit::Counts, "the size of the values")
-        }
+        (None, Some(said)) => said,
+        (None, None) => unit_of_sizes((nm, &values), choice.range_nm, column, report)?,
     };
     let word = match unit {
         ValueUnit::Ratio => "ratio",
@@ -322,13 +358,7 @@ fn in_ratios(
             "absorbance"
         }
         ValueUnit::Counts => {
-            let top = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let flat = saturated(&values, top);
-            let count = flat.iter().filter(|flat| **flat).count();
-            if count > 0 && count < values.len() / 2 {
-                report.drop(format!("{count} values at the greatest count {top}: the detector was saturated"));
-                values.iter_mut().zip(flat).filter(|(_, flat)| *flat).for_each(|(value, _)| *value = f64::NAN);
-            }
+            drop_saturated(&mut values, report);
             "counts"
         }
     };
@@ -339,6 +369,17 @@ fn in_ratios(
         }
     }
     Ok(values)
+}
+
+/// Counts at the top of the detector are missing, unless they are half of all.
+fn drop_saturated(values: &mut [f64], report: &mut ReadReport) {
+    let top = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let flat = saturated(values, top);
+    let count = flat.iter().filter(|flat| **flat).count();
+    if count > 0 && count < values.len() / 2 {
+        report.drop(format!("{count} values at the greatest count {top}: the detector was saturated"));
+        values.iter_mut().zip(flat).filter(|(_, flat)| *flat).for_each(|(value, _)| *value = f64::NAN);
+    }
 }
 
 /// Ascending wavelengths, one value each.

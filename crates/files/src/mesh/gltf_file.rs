@@ -183,19 +183,7 @@ impl Reader<'_> {
             self.mesh.notes.push("its points and lines are left out".into());
             return Ok(());
         }
-        for (semantic, accessor) in primitive.attributes() {
-            self.check(&accessor)?;
-            let kinds = [DataType::U8, DataType::U16, DataType::F32];
-            if semantic == Semantic::TexCoords(0) && !kinds.contains(&accessor.data_type()) {
-                return Err("its texture coordinates are neither floats nor shares of 8 or 16 bits".into());
-            }
-        }
-        if let Some(indices) = primitive.indices() {
-            self.check(&indices)?;
-            if ![DataType::U8, DataType::U16, DataType::U32].contains(&indices.data_type()) {
-                return Err("its indices are no whole numbers of 8, 16 or 32 bits without a sign".into());
-            }
-        }
+        self.check_accessors(primitive)?;
         let buffers = self.buffers;
         let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(Vec::as_slice));
         let positions: Vec<[f32; 3]> = reader.read_positions().ok_or("it has no positions")?.collect();
@@ -216,6 +204,36 @@ impl Reader<'_> {
         self.carry(0, normals.is_some(), "normals");
         self.carry(1, uv.is_some(), "texture coordinates");
 
+        self.place((&positions, normals, uv), (mode, &corners), world);
+        Ok(())
+    }
+
+    /// What a primitive points at is there, and of a kind that is read.
+    fn check_accessors(&self, primitive: &Primitive<'_>) -> Result<(), String> {
+        for (semantic, accessor) in primitive.attributes() {
+            self.check(&accessor)?;
+            let kinds = [DataType::U8, DataType::U16, DataType::F32];
+            if semantic == Semantic::TexCoords(0) && !kinds.contains(&accessor.data_type()) {
+                return Err("its texture coordinates are neither floats nor shares of 8 or 16 bits".into());
+            }
+        }
+        if let Some(indices) = primitive.indices() {
+            self.check(&indices)?;
+            if ![DataType::U8, DataType::U16, DataType::U32].contains(&indices.data_type()) {
+                return Err("its indices are no whole numbers of 8, 16 or 32 bits without a sign".into());
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the vertices of a primitive, turned into the world, and its triangles.
+    fn place(
+        &mut self,
+        (positions, normals, uv): (&[[f32; 3]], Option<Vec<[f32; 3]>>, Option<Vec<[f32; 2]>>),
+        (mode, corners): (Mode, &[u32]),
+        world: &Matrix,
+    ) {
+        let first = self.mesh.positions.len() as u32;
         let mesh = &mut self.mesh;
         let axes = [world[0], world[1], world[2]].map(|c| [c[0], c[1], c[2]]);
         let apply = |v: [f64; 3]| -> [f64; 3] { std::array::from_fn(|row| (0..3).map(|k| axes[k][row] * v[k]).sum()) };
@@ -239,7 +257,7 @@ impl Reader<'_> {
             all.extend(own.into_iter().map(|[u, v]| [u, 1.0 - v]));
         }
         let mut add = |a: u32, b: u32, c: u32| {
-            let [a, b, c] = [a, b, c].map(|corner| corner + first as u32);
+            let [a, b, c] = [a, b, c].map(|corner| corner + first);
             mesh.triangles.push(if is_mirrored { [a, c, b] } else { [a, b, c] });
         };
         match mode {
@@ -250,7 +268,6 @@ impl Reader<'_> {
             }),
             _ => (2..corners.len()).for_each(|k| add(corners[0], corners[k - 1], corners[k])),
         }
-        Ok(())
     }
 
     /// Keeps a list of what all primitives carry; one that some lack is given up, and the mesh says so.
