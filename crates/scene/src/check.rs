@@ -132,29 +132,55 @@ impl Checker<'_> {
     }
 
     fn value(&mut self, node: &Node, key: &Key, path: &str) {
-        let checked = match key.takes {
+        let checked = match (key.takes, &node.value) {
+            (Takes::Table(kind), _)
+            | (Takes::Reflectance(kind) | Takes::Roughness(kind) | Takes::Thickness(kind), Value::Table(_))
+            | (Takes::Instances(_, kind, _), Value::Table(_)) => {
+                self.table(node, kind, path);
+                Ok(())
+            }
+            (Takes::List(kind, least, most), _) => self.list(node, (kind, least, most), path),
+            (Takes::Instances(kind, _, most), Value::List(_)) => self.list(node, (kind, 1, most), path),
+            (takes, _) => self.leaf(node, takes, path),
+        };
+        if let Err(fault) = checked {
+            self.complain(fault);
+        }
+    }
+
+    /// A value that holds no keys of its own.
+    fn leaf(&self, node: &Node, takes: Takes, path: &str) -> Result<(), SceneError> {
+        let must = |is: bool, what: &str| if is { Ok(()) } else { Err(wrong(node, path, what)) };
+        let numbers = || as_number(node).map(|one| vec![one]).or(as_numbers(node)).unwrap_or_default();
+        let are_shares = |counts: [usize; 2]| {
+            counts.contains(&numbers().len()) && numbers().iter().all(|share| (0.0..=1.0).contains(share))
+        };
+        match takes {
             Takes::Number(range) => number(node, range, path),
-            Takes::Whole(from, to) => match as_whole(node) {
-                Some(value) if (from..=to).contains(&value) => Ok(()),
-                _ => Err(wrong(node, path, &format!("a whole number from {from} to {to}"))),
-            },
+            Takes::Whole(from, to) => must(
+                as_whole(node).is_some_and(|value| (from..=to).contains(&value)),
+                &format!("a whole number from {from} to {to}"),
+            ),
+            Takes::Integer(from, to) => must(
+                matches!(node.value, Value::Int(value) if (i128::from(from)..=i128::from(to)).contains(&value)),
+                &format!("a whole number from {from} to {to}"),
+            ),
+            Takes::Bool => must(matches!(node.value, Value::Bool(_)), "true or false"),
             Takes::Point => point(node, path).map(drop),
             Takes::Vector => point(node, path).and_then(|vector| {
-                match (1.0 / MAX_LENGTH..=2.0 * MAX_LENGTH).contains(&length(vector)) {
-                    true => Ok(()),
-                    false => Err(wrong(node, path, "a vector of a length > 0, from 1e-9 to 1e9")),
-                }
+                let lengths = 1.0 / MAX_LENGTH..=2.0 * MAX_LENGTH;
+                must(lengths.contains(&length(vector)), "a vector of a length > 0, from 1e-9 to 1e9")
             }),
             Takes::Sides => sides(node, path),
-            Takes::Name => match &node.value {
-                Value::Text(name) if is_object_name(name) => Ok(()),
-                _ => Err(wrong(node, path, "1 to 100 letters, digits, - and _")),
-            },
-            Takes::Choice(names, words) => match &node.value {
-                Value::Text(text) if names.contains(&text.as_str()) => Ok(()),
-                _ if words.is_empty() => Err(wrong(node, path, &format!("one of {}", names.join(", ")))),
-                _ => Err(wrong(node, path, words)),
-            },
+            Takes::Name => must(
+                matches!(&node.value, Value::Text(name) if is_object_name(name)),
+                "1 to 100 letters, digits, - and _",
+            ),
+            Takes::Choice(names, words) => {
+                let is_known = matches!(&node.value, Value::Text(text) if names.contains(&text.as_str()));
+                let listed = format!("one of {}", names.join(", "));
+                must(is_known, if words.is_empty() { &listed } else { words })
+            }
             Takes::Medium => medium(node, path).map(drop),
             Takes::Illuminant => text(node, path)
                 .and_then(|name| illuminant(name, self.origin).map(drop).map_err(|e| e.at(path, node.line))),
@@ -168,73 +194,31 @@ impl Checker<'_> {
                     Err(SceneError::new(message).at(path, node.line))
                 }
             }),
-            Takes::Reflectance(kind) | Takes::Roughness(kind) if matches!(node.value, Value::Table(_)) => {
-                self.table(node, kind, path);
-                Ok(())
-            }
             Takes::Reflectance(_) => {
-                let numbers = as_number(node).map(|grey| vec![grey]).or(as_numbers(node)).unwrap_or_default();
-                match matches!(numbers.len(), 1 | 3) && numbers.iter().all(|v| (0.0..=1.0).contains(v)) {
-                    true => Ok(()),
-                    false => Err(wrong(node, path, "a number from 0 to 1, or three of them (linear Rec.709)")),
-                }
+                must(are_shares([1, 3]), "a number from 0 to 1, or three of them (linear Rec.709)")
             }
             Takes::Roughness(_) => {
-                let numbers = as_number(node).map(|both| vec![both]).or(as_numbers(node)).unwrap_or_default();
-                match matches!(numbers.len(), 1 | 2) && numbers.iter().all(|v| (0.0..=1.0).contains(v)) {
-                    true => Ok(()),
-                    false => Err(wrong(node, path, "a number from 0 to 1, two of them (along u and along v) or a map")),
-                }
+                must(are_shares([1, 2]), "a number from 0 to 1, two of them (along u and along v) or a map")
             }
-            Takes::Thickness(kind) => match &node.value {
+            Takes::Thickness(_) => match &node.value {
                 Value::Int(_) | Value::Float(_) => number(node, THICKNESS, path),
-                Value::Table(_) => {
-                    self.table(node, kind, path);
-                    Ok(())
-                }
-                Value::Text(word) if word == "vertex" => Ok(()),
-                _ => Err(wrong(node, path, "a number or a thickness model")),
+                value => must(matches!(value, Value::Text(word) if word == "vertex"), "a number or a thickness model"),
             },
-            Takes::Table(kind) => {
-                self.table(node, kind, path);
-                Ok(())
-            }
-            Takes::List(kind, least, most) => self.list(node, (kind, least, most), path),
-            Takes::Bool => match node.value {
-                Value::Bool(_) => Ok(()),
-                _ => Err(wrong(node, path, "true or false")),
-            },
-            Takes::Scale => match as_number(node).map(|all| vec![all]).or(as_numbers(node)).as_deref() {
-                Some([_] | [_, _, _]) if as_scales(node).is_some() => Ok(()),
-                _ => Err(wrong(node, path, "a factor other than 0, or three of them, from 1e-9 to 1e9 either way")),
-            },
-            Takes::Pair(range) => match as_numbers(node).as_deref() {
-                Some([a, b]) if range.holds(*a) && range.holds(*b) => Ok(()),
-                _ => Err(wrong(node, path, &format!("two numbers, of u and of v, each {}", range.words))),
-            },
-            Takes::Matrix => match as_matrix(node) {
-                Some(_) => Ok(()),
-                None => Err(wrong(
-                    node,
-                    path,
-                    "three rows of four finite numbers, at most 1e9 either way, the last of each what is added",
-                )),
-            },
-            Takes::Integer(from, to) => match node.value {
-                Value::Int(value) if (i128::from(from)..=i128::from(to)).contains(&value) => Ok(()),
-                _ => Err(wrong(node, path, &format!("a whole number from {from} to {to}"))),
-            },
-            Takes::Instances(one, file, most) => match &node.value {
-                Value::List(_) => self.list(node, (one, 1, most), path),
-                Value::Table(_) => {
-                    self.table(node, file, path);
-                    Ok(())
-                }
-                _ => Err(wrong(node, path, "a list of transforms, or { file = an NPY file of n x 3 x 4 numbers }")),
-            },
-        };
-        if let Err(fault) = checked {
-            self.complain(fault);
+            Takes::Scale => must(
+                matches!(numbers().len(), 1 | 3) && as_scales(node).is_some(),
+                "a factor other than 0, or three of them, from 1e-9 to 1e9 either way",
+            ),
+            Takes::Pair(range) => must(
+                matches!(as_numbers(node).as_deref(), Some([a, b]) if range.holds(*a) && range.holds(*b)),
+                &format!("two numbers, of u and of v, each {}", range.words),
+            ),
+            Takes::Matrix => must(
+                as_matrix(node).is_some(),
+                "three rows of four finite numbers, at most 1e9 either way, the last of each what is added",
+            ),
+            Takes::Instances(..) => must(false, "a list of transforms, or { file = an NPY file of n x 3 x 4 numbers }"),
+            // Keys of their own: `value` has them.
+            Takes::Table(_) | Takes::List(..) => Ok(()),
         }
     }
 
