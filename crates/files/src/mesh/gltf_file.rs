@@ -126,6 +126,13 @@ struct Reader<'a> {
     met: Vec<bool>,
 }
 
+/// The vertices of a primitive, as its file has them.
+struct Vertices {
+    positions: Vec<[f32; 3]>,
+    normals: Option<Vec<[f32; 3]>>,
+    uv: Option<Vec<[f32; 2]>>,
+}
+
 impl Reader<'_> {
     fn node(&mut self, node: &Node<'_>, parent: &Matrix, depth: usize) -> Result<(), String> {
         if depth > DEEPEST {
@@ -204,7 +211,7 @@ impl Reader<'_> {
         self.carry(0, normals.is_some(), "normals");
         self.carry(1, uv.is_some(), "texture coordinates");
 
-        self.place((&positions, normals, uv), (mode, &corners), world);
+        self.place(Vertices { positions, normals, uv }, (mode, &corners), world);
         Ok(())
     }
 
@@ -229,7 +236,7 @@ impl Reader<'_> {
     /// Adds the vertices of a primitive, turned into the world, and its triangles.
     fn place(
         &mut self,
-        (positions, normals, uv): (&[[f32; 3]], Option<Vec<[f32; 3]>>, Option<Vec<[f32; 2]>>),
+        Vertices { positions, normals, uv }: Vertices,
         (mode, corners): (Mode, &[u32]),
         world: &Matrix,
     ) {
