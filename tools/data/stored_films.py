@@ -27,7 +27,7 @@ def main() -> None:
         film = _core.Flow(preset, None, seed, [], None, None, None)
         for step in range(1, round(time_s / 0.005) + 1):
             film.advance_to(step * 0.005, None)
-        steps = np.round(film.map() / STEP_NM)
+        steps = np.round(film.map(None) / STEP_NM)
         Image.fromarray(steps.astype(np.uint16)).save(FOLDER / f"{preset}.png", optimize=True)
         size = (FOLDER / f"{preset}.png").stat().st_size
         print(

@@ -19,6 +19,8 @@ SHOWN = {
     "free-bubble": (0.1, 0.25, 0.5, 1.0, 2.0),
 }
 SIZE = 180
+# Columns, four to a cell or two.
+FINE = 1536
 ROOM = 8
 # The brightest film, about a sixth of the light, becomes white.
 WHITE = 0.18
@@ -54,7 +56,7 @@ def main() -> None:
         balls = []
         for frame in film:
             if any(abs(frame.time_s - time) < 1e-9 for time in times):
-                balls.append(view(film.map(), "free" not in preset, table))
+                balls.append(view(film.map(columns=FINE), "free" not in preset, table))
         row = np.concatenate([np.pad(ball, ((ROOM, ROOM), (ROOM, ROOM), (0, 0))) for ball in balls], axis=1)
         rows.append(row[: SIZE // 2 + 2 * ROOM] if "free" not in preset else row)
     imsave(Path("docs/images/living-films.png"), np.concatenate(rows).clip(0.0, 1.0))

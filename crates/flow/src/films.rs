@@ -12,7 +12,6 @@ use iridesce_thickness::{FlowField, ThicknessError, ThicknessMap};
 
 use crate::error::FlowError;
 use crate::film::Film;
-use crate::grid::Shape;
 use crate::parameters::Parameters;
 
 /// Longest run that a scene may ask for, s.
@@ -281,7 +280,7 @@ impl Standing {
                 ThicknessMap::new(now.width(), now.height(), pairs.map(|(a, b)| a + (b - a) * share).collect())?
             }
         };
-        Ok(FlowField::new(map, matches!(run.parameters.shape, Shape::Sphere { .. })))
+        Ok(run.parameters.field(map))
     }
 
     fn advance(&mut self, steps: u64, step_s: f64, watch: &Watch) -> Result<(), FlowError> {

@@ -1,6 +1,6 @@
 //! Bindings of films that flow.
 
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use iridesce::flow::{Film, FilmRun, FlowError, PRESETS, Parameters};
 use iridesce::scene::Context;
@@ -63,11 +63,17 @@ impl Flow {
         Ok(values.into_pyarray(py).reshape(shape)?)
     }
 
-    /// The thickness over a whole sphere.
-    fn map<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f64>>> {
+    /// The thickness over a whole sphere; on a grid of `columns` as it is drawn.
+    fn map<'py>(&self, py: Python<'py>, columns: Option<usize>) -> Result<Bound<'py, PyArray2<f64>>> {
         let film = locked(py, &self.inner)?;
         let film = &*film;
-        let map = beside(py, Long::default(), |_| film.map())??;
+        let map = beside(py, Long::default(), |_| -> Result<ThicknessMap> {
+            let Some(columns) = columns else { return Ok(film.map()?) };
+            let field = film.field()?;
+            let (width, height) = (field.map().width(), field.map().height());
+            let rows = ((height * columns) as f64 / width as f64).round().max(1.0) as usize;
+            Ok(ThicknessModel::Flow(Arc::new(field)).map(columns, rows, None)?)
+        })??;
         let shape = [map.height(), map.width()];
         Ok(map.into_thickness_nm().into_pyarray(py).reshape(shape)?)
     }

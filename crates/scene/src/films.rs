@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use iridesce_files::decode_thickness;
-use iridesce_flow::{FilmRun, Parameters, Shape};
+use iridesce_flow::{FilmRun, Parameters};
 use iridesce_thickness::FlowField;
 
 /// What one step of a stored film is worth, nm.
@@ -30,8 +30,7 @@ pub fn stored(film: &FilmRun, time_s: f64) -> Option<Arc<FlowField>> {
 fn read(preset: &str, png: &[u8]) -> Option<FlowField> {
     let most_nm = f64::from(u16::MAX) * STEP_NM;
     let map = decode_thickness(png).ok()?.in_range(Some(0.0), Some(most_nm)).ok()?;
-    let is_globe = matches!(Parameters::preset(preset).ok()?.shape, Shape::Sphere { .. });
-    Some(FlowField::new((*map).clone(), is_globe))
+    Some(Parameters::preset(preset).ok()?.field((*map).clone()))
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use iridesce_numerics::interpolation::catmull_rom;
 
+use crate::black_edge::BlackEdge;
 use crate::map::ThicknessMap;
 
 /// A film that has flowed, over a whole sphere or a plane that repeats across.
@@ -10,13 +11,41 @@ pub struct FlowField {
     map: ThicknessMap,
     is_globe: bool,
     max_nm: f64,
+    edge: Option<BlackEdge>,
+}
+
+/// Between which cells a place lies: of the four rows and columns around it the second, counted from two before the first
+/// cell, and the weights of the four.
+struct Between {
+    column: usize,
+    row: usize,
+    across: [f64; 4],
+    down: [f64; 4],
 }
 
 impl FlowField {
     /// A grid over longitude and latitude (`is_globe`) or over a plane; it repeats across.
     pub fn new(map: ThicknessMap, is_globe: bool) -> FlowField {
         let max_nm = map.max_nm();
-        FlowField { map, is_globe, max_nm }
+        FlowField { map, is_globe, max_nm, edge: None }
+    }
+
+    /// The same, with black film where it is thinner than `below_nm`, which ends at an edge: on either side of it lies the
+    /// thickness of that side alone. The edge is the smoothest that leaves the middle of every cell on its side.
+    ///
+    /// ```
+    /// use iridesce_thickness::{FlowField, ThicknessMap};
+    /// let map = ThicknessMap::new(4, 1, vec![12.0, 12.0, 300.0, 300.0])?;
+    /// let at = |field: &FlowField, u: f64| field.sample(u, 0.5);
+    /// let smooth = FlowField::new(map.clone(), false);
+    /// let edged = FlowField::with_black_film(map, false, 55.0);
+    /// assert_eq!((at(&smooth, 0.49).round(), at(&smooth, 0.51).round()), (142.0, 170.0));
+    /// assert_eq!((at(&edged, 0.49).round(), at(&edged, 0.51).round()), (12.0, 300.0));
+    /// # Ok::<(), iridesce_thickness::ThicknessError>(())
+    /// ```
+    pub fn with_black_film(map: ThicknessMap, is_globe: bool, below_nm: f64) -> FlowField {
+        let edge = BlackEdge::find(map.thickness_nm(), map.width(), is_globe, below_nm);
+        FlowField { edge, ..FlowField::new(map, is_globe) }
     }
 
     /// The grid.
@@ -42,25 +71,52 @@ impl FlowField {
             return f64::NAN;
         }
         let (width, height) = (self.map.width(), self.map.height());
-        let values = self.map.thickness_nm();
         let turn = if u.is_finite() { u - u.floor() } else { 0.0 };
         let across = turn * width as f64 + 0.5;
         let down = (1.0 - v.clamp(0.0, 1.0)) * height as f64 + 0.5;
         // Of the neighbour before: the first of the four is one before that.
         let (column, row) = (across as usize, down as usize);
-        let (weights_across, weights_down) = (catmull_rom(across - column as f64), catmull_rom(down - row as f64));
+        let place =
+            Between { column, row, across: catmull_rom(across - column as f64), down: catmull_rom(down - row as f64) };
+        let values = match &self.edge {
+            Some(edge) if edge.passes(self.four(&place)) => {
+                if self.cubic(&edge.level, &place) < 0.0 {
+                    &edge.black
+                } else {
+                    &edge.rest
+                }
+            }
+            _ => self.map.thickness_nm(),
+        };
+        self.cubic(values, &place).clamp(0.0, self.max_nm)
+    }
+
+    /// The four cells around a place; near an edge of a grid those that are there.
+    fn four(&self, place: &Between) -> [usize; 4] {
+        let (width, height) = (self.map.width(), self.map.height());
+        std::array::from_fn(|k| {
+            let row = (place.row + k / 2).clamp(1, height) - 1;
+            // From 0, the one before the first, to one after the last: no division here.
+            let column = place.column + k % 2;
+            let column = if column == 0 { width } else { column };
+            row * width + if column > width { 0 } else { column - 1 }
+        })
+    }
+
+    fn cubic(&self, values: &[f64], place: &Between) -> f64 {
+        let (width, height) = (self.map.width(), self.map.height());
+        let Between { column, row, across, down } = *place;
         // Renders ask for millions of places: away from the edges the sixteen cells lie where they are counted.
         if column >= 2 && column + 1 < width && row >= 2 && row + 1 < height {
             let first = (row - 2) * width + column - 2;
             let mut sum = 0.0;
-            for (k, weight) in weights_down.into_iter().enumerate() {
+            for (k, weight) in down.into_iter().enumerate() {
                 let line = &values[first + k * width..first + k * width + 4];
                 let [a, b, c, d] = [line[0], line[1], line[2], line[3]];
-                let value =
-                    weights_across[0] * a + weights_across[1] * b + (weights_across[2] * c + weights_across[3] * d);
+                let value = across[0] * a + across[1] * b + (across[2] * c + across[3] * d);
                 sum += weight * value;
             }
-            return sum.clamp(0.0, self.max_nm);
+            return sum;
         }
         // No division here either. Narrow grids alone wrap more than once.
         let wrapped = |k: usize| {
@@ -75,13 +131,13 @@ impl FlowField {
         };
         let columns = [wrapped(0), wrapped(1), wrapped(2), wrapped(3)];
         let mut sum = 0.0;
-        for (k, weight) in weights_down.into_iter().enumerate() {
+        for (k, weight) in down.into_iter().enumerate() {
             let below = row + k;
             let beyond = below < 2 || below >= height + 2;
             let along = |i: usize, columns: [usize; 4]| {
                 let line = &values[i * width..(i + 1) * width];
                 let [a, b, c, d] = columns.map(|j| line[j]);
-                weights_across[0] * a + weights_across[1] * b + (weights_across[2] * c + weights_across[3] * d)
+                across[0] * a + across[1] * b + (across[2] * c + across[3] * d)
             };
             let value = if !beyond {
                 along(below - 2, columns)
@@ -95,7 +151,7 @@ impl FlowField {
             };
             sum += weight * value;
         }
-        sum.clamp(0.0, self.max_nm)
+        sum
     }
 }
 
@@ -121,6 +177,86 @@ mod tests {
         };
         let (coarse, fine) = (error(64), error(128));
         assert!(fine < 0.05 && coarse / fine > 6.0, "{coarse} {fine}");
+    }
+
+    /// A round black film somewhere on a globe, in film that is thicker further out; its cells are those whose middles lie
+    /// within. How far from the circle, in rows, its edge is met on ways out from its middle: the mean, the rms about it,
+    /// and the rms of its slope against the circle.
+    fn circle(from_pole: f64, radius: f64, drawn: impl Fn(ThicknessMap) -> FlowField) -> [f64; 3] {
+        const WIDTH: usize = 384;
+        const HEIGHT: usize = 192;
+        let row = std::f64::consts::PI / HEIGHT as f64;
+        let (sin, cos) = from_pole.sin_cos();
+        let away = |k: usize| {
+            let polar = (k / WIDTH) as f64 * row + row / 2.0;
+            let turn = ((k % WIDTH) as f64 + 0.5) / WIDTH as f64 * std::f64::consts::TAU - std::f64::consts::PI;
+            (polar.sin() * turn.sin() * sin + polar.cos() * cos).clamp(-1.0, 1.0).acos()
+        };
+        let thickness = |away: f64| if away < radius { 12.0 } else { 60.0 + 300.0 * (away - radius) };
+        let values = (0..WIDTH * HEIGHT).map(|k| thickness(away(k))).collect();
+        let field = drawn(ThicknessMap::new(WIDTH, HEIGHT, values).unwrap());
+        let off: Vec<f64> = (0..720)
+            .map(|way| {
+                let (b, a) = (f64::from(way) / 360.0 * std::f64::consts::PI).sin_cos();
+                let at = |off: f64| {
+                    let (s, c) = (radius + off * row).sin_cos();
+                    let x = [c * sin + s * a * cos, c * cos - s * a * sin, s * b];
+                    let u = 0.5 + x[0].atan2(x[2]) / std::f64::consts::TAU;
+                    field.sample(u, 0.5 + x[1].clamp(-1.0, 1.0).asin() / std::f64::consts::PI)
+                };
+                (-300..300).map(|k| f64::from(k) / 100.0).find(|&off| at(off) >= 50.0).unwrap()
+            })
+            .collect();
+        let mean = off.iter().sum::<f64>() / 720.0;
+        let rms = |values: &mut dyn Iterator<Item = f64>| (values.map(|v| v * v).sum::<f64>() / 720.0).sqrt();
+        let step = std::f64::consts::PI / 360.0 * radius.sin() / row;
+        let slope = rms(&mut (0..720).map(|k| (off[(k + 1) % 720] - off[k]) / step));
+        [mean, rms(&mut off.iter().map(|off| off - mean)), slope]
+    }
+
+    #[test]
+    fn the_edge_of_black_film_has_no_stairs() {
+        for (from_pole, radius) in [(0.2, 0.35), (0.9, 0.3), (1.4, 0.15)] {
+            let plain = circle(from_pole, radius, |map| FlowField::new(map, true));
+            let edged = circle(from_pole, radius, |map| FlowField::with_black_film(map, true, 55.0));
+            println!("circle of {radius} at {from_pole}: mean, rms, slope {plain:.3?}, with an edge {edged:.3?}");
+            assert!(edged[0].abs() < 0.16 && edged[1] < 0.13 && edged[2] < 0.1, "{edged:?}");
+            assert!(plain[0] > 0.15 && plain[2] > 0.3, "the corners of cells show: {plain:?}");
+        }
+    }
+
+    #[test]
+    fn an_edge_changes_nothing_that_is_far_from_it_and_no_middle_of_a_cell_changes_sides() {
+        // Black film at a pole, over the seam, as a line one cell wide, and one cell alone.
+        let (width, height) = (48, 24);
+        let black = |i: usize, j: usize| i < 4 && j > 20 || (i == 12 && !(3..40).contains(&j)) || (i, j) == (18, 30);
+        let at = |k: usize| {
+            let (i, j) = (k / width, k % width);
+            if black(i, j) { 12.0 + (j % 3) as f64 } else { 200.0 + 30.0 * ((i * j) as f64).sin() }
+        };
+        let map = ThicknessMap::new(width, height, (0..width * height).map(at).collect()).unwrap();
+        for is_globe in [true, false] {
+            let plain = FlowField::new(map.clone(), is_globe);
+            let edged = FlowField::with_black_film(map.clone(), is_globe, 55.0);
+            let (mut same, mut sides) = (0, [0; 2]);
+            for k in 0..width * height {
+                let (u, v) = ((k % width) as f64 + 0.5, (k / width) as f64 + 0.5);
+                let place = |u: f64, v: f64| (u / width as f64, 1.0 - v / height as f64);
+                let (a, b) = place(u, v);
+                assert!((edged.sample(a, b) - at(k)).abs() < 1e-9, "{k}");
+                let (a, b) = place(u + 0.3, v + 0.4);
+                same += usize::from(edged.sample(a, b) == plain.sample(a, b));
+                // One side or the other, nothing between them.
+                let value = edged.sample(a, b);
+                assert!(!(20.0..=150.0).contains(&value), "{value}");
+                sides[usize::from(value > 100.0)] += 1;
+            }
+            assert!(same > width * height / 2 && sides[0] > 80, "{same} {sides:?}");
+        }
+        // All black, or none: nothing to draw.
+        for below_nm in [1.0, 1000.0] {
+            assert_eq!(FlowField::with_black_film(map.clone(), true, below_nm), FlowField::new(map.clone(), true));
+        }
     }
 
     #[test]

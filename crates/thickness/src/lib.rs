@@ -1,5 +1,6 @@
 //! How thick a film is, where. Lengths and grids only, no light.
 
+mod black_edge;
 mod error;
 mod flow_field;
 mod gradient;

@@ -180,17 +180,21 @@ class Simulation(Iterator[Frame]):
         sides = self._core.sides()
         return dict(self._core.parameters()) | ({} if sides is None else {"sides": sides})
 
-    def map(self) -> ThicknessMap:
+    def map(self, columns: int | None = None) -> ThicknessMap:
         """The film now as a map for a whole sphere, to be laid over it by u and v.
 
+        columns  cells around, 16 to 16384, as finely as the film is to be seen: smooth between its own cells, with the
+                 edges of its black film as a scene draws them. None: its own cells as they are
         Returns  ThicknessMap; a dome is mirrored below its rim
-        Raises   nothing
+        Raises   ValueError for a number of columns that is none
 
         >>> film = simulate("bubble-on-bath", time_s=0.0)
         >>> next(film).thickness_nm.shape, (film.map().height, film.map().width)
         ((96, 384), (192, 384))
+        >>> film.map(columns=1536).thickness_nm.shape
+        (768, 1536)
         """
-        return ThicknessMap(self._core.map())
+        return ThicknessMap(self._core.map(None if columns is None else whole("columns", columns, 16, 16384)))
 
     def checkpoint(self) -> bytes:
         """The film now, with all that is needed to go on to the same bytes: `simulate` takes it as ``checkpoint``.

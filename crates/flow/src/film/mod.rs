@@ -1,7 +1,7 @@
 //! A film in time: its state, and the step that changes it.
 
 use iridesce_numerics::{Watch, simd};
-use iridesce_thickness::{ThicknessError, ThicknessMap};
+use iridesce_thickness::{FlowField, ThicknessError, ThicknessMap};
 use rayon::prelude::*;
 
 use crate::carry::Carry;
@@ -261,6 +261,11 @@ impl Film {
         let row = |i: usize| if i < rows { i } else { (2 * rows - 1).saturating_sub(i) };
         let values = (0..total).flat_map(|i| own[row(i) * n..(row(i) + 1) * n].iter().copied()).collect();
         ThicknessMap::new(n, total, values)
+    }
+
+    /// Thickness now as a field over a whole sphere or a plane, with the edges of its black film.
+    pub fn field(&self) -> Result<FlowField, ThicknessError> {
+        Ok(self.parameters.field(self.map()?))
     }
 
     /// Steps until `time_s`, in steps of one length that is at most the parameters' own; less if the film bursts.

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use crate::grid::{Shape, Sides};
-use iridesce_thickness::ThicknessError;
+use iridesce_thickness::{FlowField, ThicknessError, ThicknessMap};
 
 mod presets;
 mod table;
@@ -35,6 +35,22 @@ impl Parameters {
     pub fn with_columns(self, columns: usize) -> Parameters {
         let rows = (self.rows as f64 * columns as f64 / self.columns as f64).round() as usize;
         Parameters { columns, rows, ..self }
+    }
+
+    /// A map of such a film as a field that is smooth between its cells, but for the edges of black film, which is what is
+    /// thinner than `black_below_m`.
+    ///
+    /// ```
+    /// use iridesce_flow::Parameters;
+    /// use iridesce_thickness::ThicknessMap;
+    /// let map = ThicknessMap::new(16, 1, [[12.0; 8], [200.0; 8]].concat())?;
+    /// let field = Parameters::preset("late")?.field(map);
+    /// assert_eq!((field.sample(0.49, 0.5).round(), field.sample(0.51, 0.5).round()), (12.0, 200.0));
+    /// # Ok::<(), iridesce_thickness::ThicknessError>(())
+    /// ```
+    pub fn field(&self, map: ThicknessMap) -> FlowField {
+        let is_globe = matches!(self.shape, Shape::Sphere { .. });
+        FlowField::with_black_film(map, is_globe, self.black_below_m * 1e9)
     }
 
     /// Refuses what no film can be, and a grid that cannot hold it.
