@@ -49,7 +49,7 @@ pub use lamp::{MAX_LAMP_BYTES, read_lamp};
 pub use limits::check_size;
 pub use mesh::{MAX_MESH_BYTES, MAX_TRIANGLES, Mesh, MeshFormat, OpenEdge, decode_mesh};
 pub use photograph::{MAX_PHOTOGRAPH_BYTES, Photograph, read_photograph};
-pub use png::{BitDepth, png_bytes, write_png};
+pub use png::{BitDepth, Packing, png_bytes, write_png};
 pub use report::{ReadReport, Taken};
 pub use space::OutputSpace;
 pub use spectrum::{MAX_SPECTRUM_BYTES, Spectrum, SpectrumChoice, read_spectrum};

@@ -13,6 +13,7 @@ use tiff::decoder::DecodingResult;
 use crate::environment;
 use crate::grid::{MapChoice, png_file, tiff_file};
 use crate::icc_in::{Profile, Transfer};
+use crate::input::gathered;
 use crate::limits::room;
 use crate::orient::upright;
 use crate::report::ReadReport;
@@ -163,18 +164,18 @@ fn from_tiff(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch, report: &mut R
     let page = tiff_file::page(bytes, choice.page, watch, report)?;
     let tiff_file::Page { width, height, channels, values, icc, .. } = page;
     let (values, most, is_coded): (Vec<f32>, f32, bool) = match values {
-        DecodingResult::U8(values) => (values.into_iter().map(|v| f32::from(v) / 255.0).collect(), 1.0, true),
+        DecodingResult::U8(values) => (gathered(values.into_iter().map(|v| f32::from(v) / 255.0), watch)?, 1.0, true),
         DecodingResult::U16(values) => {
             let most = plateau(&values);
             if let Some(level) = most.filter(|level| *level < u16::MAX) {
                 report.note(format!("its greatest number {level} is a plateau: the sensor ends there, not at 65535"));
             }
             let most = f32::from(most.unwrap_or(u16::MAX)) / 65_535.0;
-            (values.into_iter().map(|v| f32::from(v) / 65_535.0).collect(), most, false)
+            (gathered(values.into_iter().map(|v| f32::from(v) / 65_535.0), watch)?, most, false)
         }
-        DecodingResult::F16(values) => (values.into_iter().map(|v| v.to_f32()).collect(), f32::INFINITY, false),
+        DecodingResult::F16(values) => (gathered(values.into_iter().map(|v| v.to_f32()), watch)?, f32::INFINITY, false),
         DecodingResult::F32(values) => (values, f32::INFINITY, false),
-        DecodingResult::F64(values) => (values.into_iter().map(|v| v as f32).collect(), f32::INFINITY, false),
+        DecodingResult::F64(values) => (gathered(values.into_iter().map(|v| v as f32), watch)?, f32::INFINITY, false),
         _ => return Err("its numbers must be floats, or whole numbers >= 0 of 8 or 16 bits".into()),
     };
     let names = if channels >= 3 { "R, G, B" } else { "grey" };

@@ -318,7 +318,9 @@ impl Reader<'_> {
             let line = self.scene.line_of(&end).or(self.scene.line_of(key));
             self.in_file(SceneError::new(format!("{end} {}", e.rule())).at(end, line))
         };
-        Ok(ThicknessModel::Map(grid.in_range(min_nm, max_nm).map_err(at_end)?))
+        let map = grid.in_range_watched(min_nm, max_nm, self.watch);
+        self.watch.check()?;
+        Ok(ThicknessModel::Map(map.map_err(at_end)?))
     }
 
     /// Lets all films flow that have to, and lays them where they belong.

@@ -7,10 +7,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
-use iridesce_numerics::{THICKNESS_NM, Watch};
+use iridesce_numerics::{Stopped, THICKNESS_NM, Watch};
 use iridesce_thickness::{ThicknessError, ThicknessMap};
 
 use crate::error::FileError;
+use crate::input::gathered;
 use crate::limits::check_size;
 use crate::report::ReadReport;
 use crate::whole::read_whole_watched;
@@ -53,7 +54,7 @@ pub fn read_thickness_map(
     let grid = read_whole_watched(path, MAX_GRID_BYTES, watch)
         .and_then(|bytes| decode(&bytes, choice, watch))
         .map_err(|why| FileError::Argument(format!("cannot be used as a thickness map: {why}")))?;
-    Ok((grid.in_range(min_nm, max_nm)?, grid.report))
+    Ok((grid.in_range_watched(min_nm, max_nm, watch)?, grid.report))
 }
 
 /// The grid in a file's bytes. A watch that stops the work ends it with an error whose words do not matter.
@@ -72,7 +73,7 @@ pub fn decode(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch) -> Result<Gri
         "OpenEXR" => exr_file::read(bytes, choice, watch, &mut report),
         "PNG" => png_file::read(bytes, choice, watch, &mut report),
         "TIFF" => tiff_file::read(bytes, choice, watch, &mut report),
-        _ => npy::read(bytes, choice, &mut report),
+        _ => npy::read(bytes, choice, watch, &mut report),
     };
     // A file made to trip a decoder must not take the program with it.
     let plane = catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| Err("it is damaged".to_owned()))?;
@@ -81,6 +82,8 @@ pub fn decode(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch) -> Result<Gri
         Samples::Shares(values) => (values, true),
     };
     check_size(plane.width, plane.height, 1)?;
+    let stopped = |stopped: Stopped| stopped.to_string();
+    watch.check().map_err(stopped)?;
     if let Some(at) = values.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
         let (row, column) = (at / plane.width, at % plane.width);
         return Err(format!(
@@ -98,6 +101,7 @@ pub fn decode(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch) -> Result<Gri
             report.note(format!("half of the values lie around {middle:.3e} nm: is the map in m or um?"));
         }
     }
+    watch.check().map_err(stopped)?;
     let values = ThicknessMap::new(plane.width, plane.height, values).map_err(|e| e.to_string())?;
     Ok(Grid { values: Arc::new(values), is_share, report })
 }
@@ -120,6 +124,16 @@ impl Grid {
 
     /// Its thicknesses; the error names the key at fault.
     pub fn in_range(&self, min_nm: Option<f64>, max_nm: Option<f64>) -> Result<Arc<ThicknessMap>, ThicknessError> {
+        self.in_range_watched(min_nm, max_nm, &Watch::new())
+    }
+
+    /// The same under a watch; the words of the error that ends work which was stopped do not matter.
+    pub fn in_range_watched(
+        &self,
+        min_nm: Option<f64>,
+        max_nm: Option<f64>,
+        watch: &Watch,
+    ) -> Result<Arc<ThicknessMap>, ThicknessError> {
         if !self.is_share {
             let given = [("min_nm", min_nm), ("max_nm", max_nm)].into_iter().find_map(|(key, nm)| Some((key, nm?)));
             let Some((key, nm)) = given else { return Ok(self.values.clone()) };
@@ -138,7 +152,9 @@ impl Grid {
             let allowed = format!("at least min_nm = {min_nm:?}");
             return Err(ThicknessError::new("max_nm", allowed, format!("{max_nm:?}")));
         }
-        let nm = self.values.thickness_nm().iter().map(|share| min_nm * (1.0 - share) + max_nm * share).collect();
+        let shares = self.values.thickness_nm().iter();
+        let nm = gathered(shares.map(|share| min_nm * (1.0 - share) + max_nm * share), watch);
+        let nm = nm.map_err(|stopped| ThicknessError::new("map", "left to be read whole", stopped))?;
         ThicknessMap::new(self.values.width(), self.values.height(), nm).map(Arc::new)
     }
 }

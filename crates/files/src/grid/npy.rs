@@ -1,8 +1,10 @@
 //! NumPy's NPY files, versions 1 to 3 (numpy.lib.format): a header that is a Python dict, then the plain numbers.
 
 use exr::prelude::f16;
+use iridesce_numerics::Watch;
 
 use super::plane::{MapChoice, Plane, Samples, no_page};
+use crate::input::gathered;
 use crate::limits::check_size;
 use crate::report::ReadReport;
 use crate::words::{harmless, quoted};
@@ -12,7 +14,7 @@ const MAX_HEADER: usize = 65_536;
 /// Most transforms of a file: their boxes then take some gigabytes.
 const MAX_TRANSFORMS: usize = 1 << 24;
 
-pub fn read(bytes: &[u8], choice: &MapChoice<'_>, report: &mut ReadReport) -> Result<Plane, String> {
+pub fn read(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch, report: &mut ReadReport) -> Result<Plane, String> {
     no_page(choice, "NPY")?;
     if let Some(channel) = choice.channel {
         return Err(format!("channel must be left out: an NPY file has one, got {}", quoted(channel)));
@@ -44,27 +46,25 @@ pub fn read(bytes: &[u8], choice: &MapChoice<'_>, report: &mut ReadReport) -> Re
             data.len()
         ));
     }
-    let mut values: Vec<f64> = data
-        .chunks_exact(size)
-        .map(|chunk| {
-            let mut little = [0_u8; 8];
-            little[..size].copy_from_slice(chunk);
-            if order == ">" {
-                little[..size].reverse();
-            }
-            let [a, b, c, d, ..] = little;
-            match number {
-                "u1" => f64::from(a) / f64::from(u8::MAX),
-                "u2" => f64::from(u16::from_le_bytes([a, b])) / f64::from(u16::MAX),
-                "f2" => f16::from_bits(u16::from_le_bytes([a, b])).to_f64(),
-                "f4" => f64::from(f32::from_le_bytes([a, b, c, d])),
-                _ => f64::from_le_bytes(little),
-            }
-        })
-        .collect();
+    let value = |chunk: &[u8]| {
+        let mut little = [0_u8; 8];
+        little[..size].copy_from_slice(chunk);
+        if order == ">" {
+            little[..size].reverse();
+        }
+        let [a, b, c, d, ..] = little;
+        match number {
+            "u1" => f64::from(a) / f64::from(u8::MAX),
+            "u2" => f64::from(u16::from_le_bytes([a, b])) / f64::from(u16::MAX),
+            "f2" => f16::from_bits(u16::from_le_bytes([a, b])).to_f64(),
+            "f4" => f64::from(f32::from_le_bytes([a, b, c, d])),
+            _ => f64::from_le_bytes(little),
+        }
+    };
+    let mut values = gathered(data.chunks_exact(size).map(value), watch)?;
     if value_of(header, "fortran_order") == Some("True") {
         // Column after column.
-        values = (0..cells).map(|i| values[(i % width) * height + i / width]).collect();
+        values = gathered((0..cells).map(|i| values[(i % width) * height + i / width]), watch)?;
     }
     let samples = if number.starts_with('u') { Samples::Shares(values) } else { Samples::Nanometres(values) };
     Ok(Plane { width, height, samples })

@@ -1,5 +1,8 @@
 //! What a decoder hands over: numbers row after row, and which of a file's channels and pages they are.
 
+use iridesce_numerics::Watch;
+
+use crate::input::gathered;
 use crate::report::ReadReport;
 use crate::words::{listed, quoted};
 
@@ -31,6 +34,7 @@ pub fn one_of(
     samples: Vec<f64>,
     names: &[&str],
     choice: &MapChoice<'_>,
+    watch: &Watch,
     report: &mut ReadReport,
 ) -> Result<Vec<f64>, String> {
     let channels = names.len();
@@ -53,7 +57,7 @@ pub fn one_of(
         }
     };
     report.take("thickness", names[place], "", why);
-    Ok(if channels == 1 { samples } else { pixels.map(|p| p[place]).collect() })
+    if channels == 1 { Ok(samples) } else { gathered(pixels.map(|p| p[place]), watch) }
 }
 
 /// Only a TIFF has pages.

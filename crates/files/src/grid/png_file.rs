@@ -3,7 +3,7 @@
 use iridesce_numerics::Watch;
 
 use super::plane::{MapChoice, Plane, Samples, no_page, one_of};
-use crate::input::Input;
+use crate::input::{Input, gathered};
 use crate::limits::{check_ratio, check_size, room};
 use crate::report::ReadReport;
 use crate::words::harmless;
@@ -27,22 +27,19 @@ pub fn read(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch, report: &mut Re
     no_page(choice, "PNG")?;
     let (frame, data, _) = decode(bytes, false, watch)?;
     let samples: Vec<f64> = match frame.bit_depth {
-        png::BitDepth::Sixteen => data
-            .as_chunks::<2>()
-            .0
-            .iter()
-            .map(|&pair| f64::from(u16::from_be_bytes(pair)) / f64::from(u16::MAX))
-            .collect(),
-        _ => data.iter().map(|&byte| f64::from(byte) / f64::from(u8::MAX)).collect(),
+        png::BitDepth::Sixteen => gathered(
+            data.as_chunks::<2>().0.iter().map(|&pair| f64::from(u16::from_be_bytes(pair)) / f64::from(u16::MAX)),
+            watch,
+        )?,
+        _ => gathered(data.iter().map(|&byte| f64::from(byte) / f64::from(u8::MAX)), watch)?,
     };
-    watch.check().map_err(|stopped| stopped.to_string())?;
     let names: &[&str] = match frame.color_type.samples() {
         1 => &["grey"],
         2 => &["grey", "A"],
         3 => &["R", "G", "B"],
         _ => &["R", "G", "B", "A"],
     };
-    let shares = one_of(samples, names, choice, report)?;
+    let shares = one_of(samples, names, choice, watch, report)?;
     Ok(Plane { width: frame.width as usize, height: frame.height as usize, samples: Samples::Shares(shares) })
 }
 
@@ -80,13 +77,11 @@ pub fn picture(bytes: &[u8], watch: &Watch) -> Result<PngPicture, String> {
     let (frame, data, icc) = decode(bytes, true, watch)?;
     let is_deep = frame.bit_depth == png::BitDepth::Sixteen;
     let shares: Vec<f32> = match is_deep {
-        true => data
-            .as_chunks::<2>()
-            .0
-            .iter()
-            .map(|&pair| f32::from(u16::from_be_bytes(pair)) / f32::from(u16::MAX))
-            .collect(),
-        false => data.iter().map(|&byte| f32::from(byte) / f32::from(u8::MAX)).collect(),
+        true => gathered(
+            data.as_chunks::<2>().0.iter().map(|&pair| f32::from(u16::from_be_bytes(pair)) / f32::from(u16::MAX)),
+            watch,
+        )?,
+        false => gathered(data.iter().map(|&byte| f32::from(byte) / f32::from(u8::MAX)), watch)?,
     };
     Ok(PngPicture {
         width: frame.width as usize,

@@ -5,7 +5,7 @@ use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::{PhotometricInterpretation, Tag};
 
 use super::plane::{MapChoice, Plane, Samples, one_of};
-use crate::input::Input;
+use crate::input::{Input, gathered};
 use crate::limits::{check_ratio, check_size, room};
 use crate::orient::upright;
 use crate::report::ReadReport;
@@ -40,32 +40,38 @@ pub fn read(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch, report: &mut Re
         _ => return Err(format!("its pixels hold {channels} numbers; save it in grey, one number a pixel")),
     };
     let floats = |values: Vec<f64>, report: &mut ReadReport| -> Result<Samples, String> {
-        Ok(Samples::Nanometres(one_of(values, names, choice, report)?))
+        Ok(Samples::Nanometres(one_of(values, names, choice, watch, report)?))
     };
     let whole = |values: Vec<f64>, most: f64, report: &mut ReadReport| -> Result<Samples, String> {
         let calibration = Calibration::of(&description)?;
-        let values = one_of(values, names, choice, report)?;
+        let values = one_of(values, names, choice, watch, report)?;
         Ok(match calibration {
             Some(Calibration { c0, c1, nm }) => {
                 report.note(format!("ImageJ's calibration is applied: nm = {nm} ({c0} + {c1} v)"));
-                Samples::Nanometres(values.into_iter().map(|v| nm * (c0 + c1 * v)).collect())
+                Samples::Nanometres(gathered(values.into_iter().map(|v| nm * (c0 + c1 * v)), watch)?)
             }
-            None => Samples::Shares(values.into_iter().map(|v| v / most).collect()),
+            None => Samples::Shares(gathered(values.into_iter().map(|v| v / most), watch)?),
         })
     };
     let scale = float_unit(&description)?;
-    let scaled = |values: Vec<f64>| if scale == 1.0 { values } else { values.into_iter().map(|v| scale * v).collect() };
+    let scaled = |values: Vec<f64>| -> Result<Vec<f64>, String> {
+        if scale == 1.0 { Ok(values) } else { gathered(values.into_iter().map(|v| scale * v), watch) }
+    };
     if scale != 1.0 {
         report.note(format!("the file gives its values in another unit: nm = {scale} v"));
     }
     let samples = match values {
         DecodingResult::F16(values) => {
-            floats(scaled(values.into_iter().map(|v| f64::from(v.to_f32())).collect()), report)?
+            floats(scaled(gathered(values.into_iter().map(|v| f64::from(v.to_f32())), watch)?)?, report)?
         }
-        DecodingResult::F32(values) => floats(scaled(values.into_iter().map(f64::from).collect()), report)?,
-        DecodingResult::F64(values) => floats(scaled(values), report)?,
-        DecodingResult::U8(values) => whole(values.into_iter().map(f64::from).collect(), f64::from(u8::MAX), report)?,
-        DecodingResult::U16(values) => whole(values.into_iter().map(f64::from).collect(), f64::from(u16::MAX), report)?,
+        DecodingResult::F32(values) => floats(scaled(gathered(values.into_iter().map(f64::from), watch)?)?, report)?,
+        DecodingResult::F64(values) => floats(scaled(values)?, report)?,
+        DecodingResult::U8(values) => {
+            whole(gathered(values.into_iter().map(f64::from), watch)?, f64::from(u8::MAX), report)?
+        }
+        DecodingResult::U16(values) => {
+            whole(gathered(values.into_iter().map(f64::from), watch)?, f64::from(u16::MAX), report)?
+        }
         _ => {
             return Err(
                 "its numbers must be floats of 16, 32 or 64 bits (nm) or whole numbers, >= 0, of 8 or 16 bits \

@@ -1,7 +1,7 @@
 use tiff::encoder::{TiffEncoder, colortype};
 
 use super::*;
-use crate::{BitDepth, OutputSpace, write_png};
+use crate::{BitDepth, OutputSpace, Packing, write_png};
 
 fn read(bytes: &[u8]) -> Result<Photograph, String> {
     read_photograph(bytes, &MapChoice::default(), &Watch::new())
@@ -21,7 +21,8 @@ fn pictures_of_every_space_and_depth_give_their_light() {
     for space in [OutputSpace::Srgb, OutputSpace::DisplayP3] {
         for (bits, within) in [(BitDepth::Eight, 4e-3), (BitDepth::Sixteen, 5e-4)] {
             // Encoded 0.5 is 0.2140 of light on both curves; white clips.
-            write_png(&path, 2, 1, &[0.5, 0.5, 0.5, 1.0, 1.0, 1.0], bits, space, &[], &|| false).unwrap();
+            write_png(&path, 2, 1, &[0.5, 0.5, 0.5, 1.0, 1.0, 1.0], bits, Packing::Small, space, &[], &|| false)
+                .unwrap();
             let photograph = read(&std::fs::read(&path).unwrap()).unwrap();
             close(&photograph.rgb, &[0.214, 0.214, 0.214, 1.0, 1.0, 1.0], within);
             assert_eq!(photograph.clipped, [false, true]);

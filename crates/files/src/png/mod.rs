@@ -2,4 +2,4 @@
 
 mod write;
 
-pub use write::{BitDepth, png_bytes, write_png};
+pub use write::{BitDepth, Packing, png_bytes, write_png};

@@ -67,7 +67,7 @@ fn header_end(bytes: &[u8]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{BitDepth, OutputSpace, Picture, Plane, Values, write_exr, write_png};
+    use crate::{BitDepth, OutputSpace, Packing, Picture, Plane, Values, write_exr, write_png};
 
     #[test]
     fn only_whole_pictures_of_the_size_pass() {
@@ -75,7 +75,7 @@ mod tests {
         let (png, exr) = (folder.path().join("x.png"), folder.path().join("x.exr"));
         let values = vec![0.25_f32; 20 * 10 * 3];
         let stop = || false;
-        write_png(&png, 20, 10, &values, BitDepth::Eight, OutputSpace::Srgb, &[], &stop).unwrap();
+        write_png(&png, 20, 10, &values, BitDepth::Eight, Packing::Small, OutputSpace::Srgb, &[], &stop).unwrap();
         let depth = Plane { channels: vec!["depth.Z".into()], values: Values::Single(&values[..200]) };
         let picture = Picture { width: 20, height: 10, xyz: &values, is_half: false, planes: vec![depth] };
         write_exr(&exr, &picture, &[], &stop).unwrap();
