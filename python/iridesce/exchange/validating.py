@@ -18,6 +18,7 @@ from iridesce.exchange.charts import Summary
 from iridesce.exchange.films import ANGLES_DEG, COUNT
 from iridesce.exchange.report import words
 from iridesce.exchange.suite import RANGE_NM, THICKNESS_NM, Chart, charts_named
+from iridesce.files.arrays import array_of
 from iridesce.files.whole import read_whole
 from iridesce.image import Image
 
@@ -249,11 +250,9 @@ def _read_file(name: str) -> tuple[Floats, str, lut.Lut | None]:
         raise refusal("picture_or_array", "an .exr, a .png or an .npy", name)
     content = read_whole(name, _MOST_BYTES, "no chart has")
     if ending == ".npy":
-        import io
-
         try:
-            return np.load(io.BytesIO(content), allow_pickle=False).astype(np.float64), "XYZ", None
-        except (ValueError, TypeError, EOFError, OSError) as error:
+            return array_of(content).astype(np.float64), "XYZ", None
+        except (ValueError, TypeError) as error:
             raise ValueError(f"{name}: no array of numbers ({error})") from None
     table = lut.read(content, name)
     if table is not None:

@@ -14,6 +14,7 @@ from iridesce import _core
 from iridesce.arguments.operands import Floats
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.errors import ResourceError
+from iridesce.files.arrays import array_of
 from iridesce.files.report import of_core
 from iridesce.files.whole import read_whole
 
@@ -132,13 +133,11 @@ def _from_file(label: str) -> Picture:
     if ending in (".heic", ".heif", ".avif"):
         raise ValueError(f"{label}: it is HEIC or AVIF; convert it to a linear 16-bit TIFF, or to PNG")
     if ending == ".npy":
-        import io
-
         content = read_whole(label, _MOST_BYTES, "no picture is")
         try:
-            array = np.load(io.BytesIO(content), allow_pickle=False)
-        except (ValueError, EOFError, OSError) as error:
-            raise ValueError(f"{label}: is not an array that can be read: {_core.harmless(str(error))}") from None
+            array = array_of(content)
+        except ValueError as error:
+            raise ValueError(f"{label}: is not an array that can be read: {error}") from None
         return _of_array(array, label)
     rgb, clipped, plain = _core.read_photograph(Path(label), None, None)
     report = of_core(plain)

@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from iridesce.files.arrays import array_of
 from iridesce.files.trees import NotATree, from_json
 from iridesce.files.whole import check_place, read_whole, write_whole
 from iridesce.image import Image
@@ -271,7 +272,7 @@ def failure_bytes(point: Point, message: str) -> bytes:
 def read_value(ending: str, content: bytes) -> Any:
     """The value that the content of a point's file holds: a picture with every plane and its facts, or an array."""
     if ending == ".npy":
-        return np.load(io.BytesIO(content), allow_pickle=False)
+        return array_of(content)
     with tempfile.TemporaryDirectory(prefix="iridesce-") as folder:
         path = Path(folder) / "point.exr"
         path.write_bytes(content)

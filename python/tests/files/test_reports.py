@@ -136,6 +136,23 @@ def test_declared_sizes_take_no_memory(tmp_path: Path) -> None:
     file.write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8192 +X 16384\n")
     with pytest.raises(ValueError, match=r"need 98304 bytes at least, 0 follow the header"):
         _core.read_environment(file, None)
+    # 7 TiB in 80 bytes, to each reader of NumPy's arrays; and what else bears their ending.
+    header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (1000000, 1000000), }\n"
+    npy = tmp_path / "film.npy"
+    for content, words in (
+        (b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header, r"1000000"),
+        (b"PK\x03\x04" + bytes(40), "NPY"),
+        (b"", "NPY|empty"),
+    ):
+        npy.write_bytes(content)
+        for read in (
+            lambda: ir.validate(npy, "C1"),
+            lambda: ir.map_thickness(npy, "air / soap ? / air", camera="srgb", illuminant="D65"),
+            lambda: ir.thickness.ThicknessMap.load(npy),
+        ):
+            with pytest.raises(ValueError, match=words) as caught:
+                read()
+            assert "film.npy" in str(caught.value)
 
 
 def test_words_of_files_reach_no_terminal_raw(tmp_path: Path) -> None:
