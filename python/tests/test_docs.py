@@ -185,6 +185,13 @@ def test_the_readme_names_every_verb_and_scene() -> None:
     assert [name for name in scene_names() if name not in gallery] == []
 
 
+def test_the_tasks_teach_what_newcomers_did_not_find() -> None:
+    text = (ROOT / "docs" / "guide" / "tasks.md").read_text()
+    run = "\n".join(block.text for block in blocks(text) if block.language in ("python", "bash", "console"))
+    for call in ("ir.ColorTable(", ".to_xarray(", ".jones(", ".mueller(", ".derivatives(", "--set object."):
+        assert call in run, call
+
+
 def test_every_test_that_the_page_of_faults_names_is_there() -> None:
     # (What follows them are figures.)
     text = (ROOT / "docs" / "evidence" / "faults.md").read_text().partition("## Ctrl-C")[0]
