@@ -1,16 +1,18 @@
-"""Sweeps measured: overhead a point, efficiency with 1 and 2 processes, kills survived with equal bytes.
+"""Sweeps measured: overhead a point, efficiency with 1 and 2 processes, kills survived with equal bytes, the scheduler's death.
 
     python bench/sweeps.py [--kills 50] [--only overhead]
 
 Overhead: processor time of `ir.sweep` a point (which other work on the machine stretches least), less that of the same calls
 in a plain loop, which writes a file a point where the sweep has a store (so: checks, digests, the index).
 Efficiency: points a second of two worker processes over twice those of one, in turn, the median of three.
+Scheduler: from its death (SIGKILL, some points into a sweep) to the end of the command; then --resume, and its bytes.
 """
 
 from __future__ import annotations
 
 import argparse
 import functools
+import json
 import logging
 import os
 import statistics
@@ -170,11 +172,55 @@ def kills(distributed: Any, wanted: int) -> None:
     )
 
 
+def deaths_of_schedulers(tries: int) -> None:
+    sweep = [sys.executable, "-m", "iridesce", "sweep", "soap-bubble", "--set", "camera.resolution=[64,64]"]
+    sweep += ["--set", "render.samples=16", "--vary", "camera.fov_deg=20:40:60", "-o"]
+    late, left, codes = [], [], []
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        subprocess.run([*sweep, "whole"], cwd=folder, check=True, capture_output=True)
+        whole = {p.name: p.read_bytes() for p in (folder / "whole" / "points").iterdir()}
+        for number in range(tries):
+            told = folder / f"{number}.json"
+            command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
+            scheduler = subprocess.Popen(
+                [*command, "--no-dashboard", "--scheduler-file", str(told)], stderr=subprocess.DEVNULL
+            )
+            while not told.exists():
+                time.sleep(0.1)
+            address = json.loads(told.read_text())["address"]
+            worker = started(address, "0")
+            client = subprocess.Popen(
+                [*sweep, f"{number}", "--dask", address], cwd=folder, stderr=subprocess.PIPE, text=True
+            )
+            points = folder / f"{number}" / "points"
+            while len(list(points.glob("*"))) < 5 and client.poll() is None:
+                time.sleep(0.02)
+            scheduler.kill()
+            began = time.monotonic()
+            client.communicate()
+            late.append(time.monotonic() - began)
+            codes.append(client.returncode)
+            left.append(60 - len(list(points.glob("*"))))
+            worker.kill()
+            scheduler.wait()
+            worker.wait()
+            subprocess.run([*sweep, f"{number}", "--resume"], cwd=folder, check=True, capture_output=True)
+            found = {p.name: p.read_bytes() for p in points.iterdir()}
+            if found != whole:
+                raise AssertionError(f"try {number}: other bytes after --resume")
+    print(
+        f"scheduler: killed {tries} times with {min(left)} to {max(left)} of 60 points left; the command ended "
+        f"{statistics.median(late):.1f} s later in the median, {max(late):.1f} at worst, exit codes {sorted(set(codes))}; "
+        f"after --resume all {len(whole)} files have the bytes of a sweep without Dask"
+    )
+
+
 if __name__ == "__main__":
     reading = argparse.ArgumentParser(description=__doc__)
     reading.add_argument("--kills", type=int, default=50)
     reading.add_argument("--points", type=int, default=400)
-    reading.add_argument("--only", choices=("overhead", "efficiency", "kills"), help="one of the three")
+    reading.add_argument("--only", choices=("overhead", "efficiency", "kills", "scheduler"), help="one of the four")
     given = reading.parse_args()
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     warnings.simplefilter("ignore")
@@ -190,3 +236,5 @@ if __name__ == "__main__":
             efficiency(distributed, given.points // 10)
         if given.only in (None, "kills"):
             kills(distributed, given.kills)
+        if given.only in (None, "scheduler"):
+            deaths_of_schedulers(5)

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use iridesce::files::{self, BitDepth, Fact, OutputSpace, Picture, Plane, Values};
+use iridesce::files::{self, BitDepth, Fact, OutputSpace, Packing, Picture, Plane, Values};
 use iridesce::optics::color::gamut::Mapping;
 use iridesce::render::image::{self, Development};
 use numpy::{
@@ -84,7 +84,9 @@ fn save_png(
     bits: u8,
     space: &str,
     facts_: Vec<(String, PyFact)>,
+    is_quick: bool,
 ) -> Result<()> {
+    let packing = if is_quick { Packing::Quick } else { Packing::Small };
     let bits = match bits {
         8 => BitDepth::Eight,
         16 => BitDepth::Sixteen,
@@ -94,7 +96,7 @@ fn save_png(
     let (width, height) = sides(rgb.shape())?;
     let (values, facts) = (rgb.as_slice()?, facts(facts_));
     beside(py, Long::default(), |watch| {
-        files::write_png(&path, width, height, values, bits, space, &facts, &|| watch.is_stopped())
+        files::write_png(&path, width, height, values, bits, packing, space, &facts, &|| watch.is_stopped())
     })??;
     Ok(())
 }

@@ -166,37 +166,41 @@ impl TileSums {
     pub fn variance(&self) -> Vec<f32> {
         match &self.spread {
             Spread::Variance(variance) => variance.clone(),
-            Spread::Batches(size, batches) => {
-                // Samples that are in no batch count as if they had the same spread.
-                let counted = f64::from(*size) * batches.len() as f64;
-                let share = (counted / f64::from(self.samples.max(1))) as f32;
-                let estimator = Estimator::new(batches.len());
-                let mut means = vec![0.0; batches.len()];
-                let of_pixel = |pixel| {
-                    means.iter_mut().zip(batches).for_each(|(mean, batch)| *mean = f64::from(batch[pixel]));
-                    share * estimator.variance_of_mean(&mut means)
-                };
-                (0..self.sums.len() / self.a_pixel).map(of_pixel).collect()
-            }
+            Spread::Batches(size, batches) => self.variance_of_batches(*size, batches).collect(),
         }
+    }
+
+    fn variance_of_batches(&self, size: u32, batches: &[Vec<f32>]) -> impl Iterator<Item = f32> {
+        // Samples that are in no batch count as if they had the same spread.
+        let counted = f64::from(size) * batches.len() as f64;
+        let share = (counted / f64::from(self.samples.max(1))) as f32;
+        let estimator = Estimator::new(batches.len());
+        let mut means = vec![0.0; batches.len()];
+        (0..self.sums.len() / self.a_pixel).map(move |pixel| {
+            means.iter_mut().zip(batches).for_each(|(mean, batch)| *mean = f64::from(batch[pixel]));
+            share * estimator.variance_of_mean(&mut means)
+        })
     }
 
     /// Whether nine tenths of the pixels are known to this relative error of Y; of those darker than [`DIM_SHARE`] of the
     /// tile's mean it is relative to that. If so, no more samples may come.
     pub fn settle(&mut self, error: f64) -> bool {
-        if self.batches() < 2 {
+        let Spread::Batches(size, batches) = &self.spread else { return false };
+        if batches.len() < 2 {
             return false;
         }
-        let mean_y: Vec<f64> = self.mean_y().collect();
-        let dim = DIM_SHARE * mean_y.iter().sum::<f64>() / mean_y.len() as f64;
-        let variance = self.variance();
-        let is_noisy = |(variance, y): (&f32, &f64)| f64::from(*variance).sqrt() > error * y.max(dim);
-        let noisy = variance.iter().zip(&mean_y).filter(|pair| is_noisy(*pair)).count();
-        let is_settled = 10 * noisy <= mean_y.len();
-        if is_settled {
-            self.spread = Spread::Variance(variance);
+        let pixels = self.sums.len() / self.a_pixel;
+        let dim = DIM_SHARE * self.mean_y().sum::<f64>() / pixels as f64;
+        let (mut variance, mut noisy) = (Vec::with_capacity(pixels), 0);
+        for (own, y) in self.variance_of_batches(*size, batches).zip(self.mean_y()) {
+            noisy += usize::from(f64::from(own).sqrt() > error * y.max(dim));
+            if 10 * noisy > pixels {
+                return false;
+            }
+            variance.push(own);
         }
-        is_settled
+        self.spread = Spread::Variance(variance);
+        true
     }
 
     /// Mean Y of each pixel.

@@ -109,14 +109,15 @@ impl FlowField {
         // Renders ask for millions of places: away from the edges the sixteen cells lie where they are counted.
         if column >= 2 && column + 1 < width && row >= 2 && row + 1 < height {
             let first = (row - 2) * width + column - 2;
-            let mut sum = 0.0;
-            for (k, weight) in down.into_iter().enumerate() {
-                let line = &values[first + k * width..first + k * width + 4];
+            let rows = &values[first..first + 3 * width + 4];
+            let along = |k: usize| {
+                let line = &rows[k * width..k * width + 4];
                 let [a, b, c, d] = [line[0], line[1], line[2], line[3]];
-                let value = across[0] * a + across[1] * b + (across[2] * c + across[3] * d);
-                sum += weight * value;
-            }
-            return sum;
+                across[0] * a + across[1] * b + (across[2] * c + across[3] * d)
+            };
+            // Four values without a loop: the compiler keeps them, and all weights, in registers.
+            let [a, b, c, d] = [along(0), along(1), along(2), along(3)];
+            return down[0] * a + down[1] * b + down[2] * c + down[3] * d;
         }
         // No division here either. Narrow grids alone wrap more than once.
         let wrapped = |k: usize| {

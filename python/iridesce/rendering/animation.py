@@ -12,6 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from iridesce import _core
 from iridesce.arguments.refusals import complaint
 from iridesce.files.trees import from_toml
 from iridesce.files.whole import check_place, read_whole, write_whole
@@ -236,11 +239,13 @@ def draw_frame(
     size: tuple[int, int] | None,
     threads: int | None,
     before: Image | None = None,
+    planes: bool = True,
 ) -> Image:
     """The picture of a frame, with no more samples than it takes to settle.
 
     before   a frame of the same scene by the same camera, at which only films have flowed since: where it shows no surface
              it is taken as it is, with the same bytes as if it were drawn again
+    planes   whether to join more than what a PNG shows
     """
     asked = {"samples": samples, "size": size, "threads": threads, "settled": SETTLED}
     if before is None or before._surfaces is None:
@@ -254,9 +259,51 @@ def draw_frame(
         joined[place] = new
         return joined
 
-    planes = {name: whole(plane, drawn._planes[name]) for name, plane in before._planes.items()}
+    wanted = [name for name in before._planes if planes or name == "alpha"]
+    joined = {name: whole(before._planes[name], drawn._planes[name]) for name in wanted}
     facts = {name: value for name, value in drawn._facts.items() if name != "crop"}
-    return Image._of_render(whole(before._xyz, drawn._xyz), planes, {}, facts, part)
+    return Image._of_render(whole(before._xyz, drawn._xyz), joined, {}, facts, part)
+
+
+class Frames:
+    """Saves frames one after the other, each with the pixels and facts that `Image.save` gives it, in files made quickly.
+
+    still   whether what shows no surface stays as it is from frame to frame: it is developed once
+    """
+
+    def __init__(self, still: bool) -> None:
+        self._still = still
+        self._rgb: Any = None
+        self._around = (0, 0)
+
+    def save(self, image: Image, file: Path, exposure: float) -> None:
+        """One frame; files are whole or not there."""
+        if file.suffix != ".png":
+            image.save(file)
+            return
+        if not self._still or image._surfaces is None or "alpha" in image._planes:
+            image._save_png(str(file), exposure, "srgb", "hue", 8, is_quick=True)
+            return
+        x, y, width, height = image._surfaces
+        place = (slice(y, y + height), slice(x, x + width))
+        rgb, inside = _developed(image._xyz[place], exposure)
+        if self._rgb is None:
+            self._rgb, counts = _developed(image._xyz, exposure)
+            self._around = (counts[0] - inside[0], counts[1] - inside[1])
+        self._rgb[place] = rgb
+        pixels = image.width * image.height
+        out_of_gamut, overexposed = ((a + b) / pixels for a, b in zip(self._around, inside, strict=True))
+        developed = {"exposure": exposure, "space": "srgb", "gamut": "hue"}
+        facts = [*image._file_facts(), *developed.items(), ("out_of_gamut", out_of_gamut), ("overexposed", overexposed)]
+        _core.check_output(str(file))
+        _core.save_png(str(file), self._rgb, 8, "srgb", facts, True)
+
+
+def _developed(xyz: Any, exposure: float) -> tuple[Any, tuple[int, int]]:
+    """What a display shows, and how many pixels lay outside its space and were too bright for it."""
+    rgb, *shares = _core.develop_image(np.ascontiguousarray(xyz), "srgb", exposure, "hue")
+    out_of_gamut, overexposed = (round(share * rgb.shape[0] * rgb.shape[1]) for share in shares)
+    return rgb, (out_of_gamut, overexposed)
 
 
 def standing_films(scene: Scene, films: Sequence[FlowingFilm]) -> list[bytes | None]:

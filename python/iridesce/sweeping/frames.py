@@ -10,7 +10,7 @@ from typing import Any
 from iridesce._progress import progress_bar
 from iridesce.image import Image
 from iridesce.rendering import merge, render
-from iridesce.rendering.animation import FlowingFilm, scene_at
+from iridesce.rendering.animation import FlowingFilm, Frames, scene_at
 from iridesce.rendering.animation import draw_frame as frame_picture
 from iridesce.scene import Scene
 from iridesce.sweeping.cluster import opened
@@ -41,7 +41,7 @@ def draw_frame(
     with tempfile.TemporaryDirectory(prefix="iridesce-") as folder:
         for ending in formats:
             path = Path(folder) / f"frame.{ending}"
-            image.save(path, exposure=stops)
+            Frames(still=False).save(image, path, stops)
             contents.append(path.read_bytes())
     return stops, contents
 

@@ -16,8 +16,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import iridesce as ir
+from iridesce.cli.entry import application
 
 distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
 
@@ -205,10 +207,14 @@ def test_several_levels_and_other_versions_are_refused() -> None:
     assert space["probe"]()["version"] == own
 
 
-def test_no_scheduler_at_the_address(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_scheduler_at_the_address(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(clusters, "CONNECT_S", 0.5)
     with pytest.raises(ConnectionError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):
         ir.sweep(SOAP, {NM: [1.0]}, client="tcp://127.0.0.1:9")
+    # What nobody answers leaves nothing behind.
+    words = ["soap-bubble", "--seconds", "0.1", "--dask", "tcp://127.0.0.1:9", "-o", str(tmp_path / "run")]
+    said = CliRunner().invoke(application(["animate"]), ["animate", *words])
+    assert said.exit_code == 1 and not list(tmp_path.iterdir()), said.output
     with pytest.raises(ValueError, match="no address 'xx://y:1'"):
         ir.sweep(SOAP, {NM: [1.0]}, client="xx://y:1")
     with pytest.raises(ValueError, match="relative to its scene"):

@@ -126,20 +126,20 @@ def verb(
         exposure=stops,
     )
     known_stops = None
-    if resume:
-        known_stops = run.taken_up().get("stops")
-    else:
+    if not resume:
         run.check_new()
-        run.start()
-    if resume:
+    else:
+        known_stops = run.taken_up().get("stops")
         animation.take_up_films(loaded, films, folder)
     began = time.perf_counter()
     shot = _Shot(loaded, films, path, start, speed, fps, run, formats, threads)
     if dask is None:
+        if not resume:
+            run.start()
         drawn, used_stops = _draw(shot, count, known_stops)
     else:
         quiet_dask()
-        drawn, used_stops = _draw_by(dask, shot, count, known_stops)
+        drawn, used_stops = _draw_by(dask, shot, count, known_stops, is_new=not resume)
     if destination.video is not None and destination.ffmpeg is not None:
         animation.write_video(destination.ffmpeg, folder, fps, count, destination.video)
         if not keep_frames:
@@ -217,9 +217,11 @@ def _draw(shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
         time_s = number / shot.fps
         return animation.scene_at(shot.scene, shot.films, shot.start + shot.speed * time_s, shot.path.at(time_s))
 
+    frames = animation.Frames(still=not shot.path.moves)
+
     def save(image: Image, files: list[Path], exposure: float, standing: list[bytes | None]) -> None:
         for file in files:
-            image.save(file, exposure=exposure)
+            frames.save(image, file, exposure)
         animation.write_films(standing, folder)
 
     done = count - len(missing)
@@ -238,7 +240,8 @@ def _draw(shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
             with warnings.catch_warnings():
                 # What there is to say of media is said once.
                 warnings.simplefilter("default" if drawn == 1 else "ignore")
-                image = animation.draw_frame(scene(number), asked["samples"], size, shot.threads, before)
+                planes = shot.formats != ["png"]
+                image = animation.draw_frame(scene(number), asked["samples"], size, shot.threads, before, planes)
             if not shot.path.moves:
                 before = image
             if stops is None:
@@ -268,8 +271,11 @@ def _waited(asked: Future[Any]) -> None:
             return
 
 
-def _draw_by(address: str, shot: _Shot, count: int, stops: float | None) -> tuple[int, float]:
-    """As `_draw`, by the workers of a cluster: the first frame, which finds the exposure, then all others side by side."""
+def _draw_by(address: str, shot: _Shot, count: int, stops: float | None, is_new: bool) -> tuple[int, float]:
+    """As `_draw`, by the workers of a cluster: the first frame, which finds the exposure, then all others side by side.
+
+    Nothing is written before there are workers: where nobody answers, no folder is left.
+    """
     from iridesce.rendering import animation
     from iridesce.sweeping.cluster import opened
     from iridesce.sweeping.frames import draw_frame
@@ -293,6 +299,8 @@ def _draw_by(address: str, shot: _Shot, count: int, stops: float | None) -> tupl
     drawn = 0
     with progress_bar("frames", counted=True) as advance, opened(address, files=list(files)) as cluster:
         assert cluster is not None
+        if is_new:
+            shot.run.start()
         already = count - len(missing)
         advance(already, count)
         while missing:
