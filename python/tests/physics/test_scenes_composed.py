@@ -18,7 +18,7 @@ def test_the_plate_holds_the_whole_reflection_of_the_dome() -> None:
     )
     # Where the way from the camera to the mirrored dome meets the plate.
     image = dome * [1.0, -1.0, 1.0]
-    share = camera[1] / (camera[1] - image[..., 1:])
+    share = camera[1] / (camera[1] - image[..., 1:2])
     met = camera + share * (image - camera)
     assert np.hypot(met[..., 0], met[..., 2]).max() < plate["disk"]["radius"]
     # The plate itself is in the picture, with its rim.
