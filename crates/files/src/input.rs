@@ -71,12 +71,11 @@ mod tests {
     fn a_stop_ends_the_gathering_in_between() {
         let watch = Watch::new();
         let mut seen = 0;
-        let counted = (0..3 * ELEMENTS + 5).map(|i| {
+        let counted = (0..3 * ELEMENTS + 5).inspect(|&i| {
             seen += 1;
             if i == ELEMENTS + 7 {
                 watch.stop();
             }
-            i
         });
         assert_eq!(gathered(counted, &watch).unwrap_err(), "stopped");
         assert_eq!(seen, 2 * ELEMENTS);
