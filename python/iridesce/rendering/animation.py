@@ -293,8 +293,9 @@ class Frames:
         self._rgb[place] = rgb
         pixels = image.width * image.height
         out_of_gamut, overexposed = ((a + b) / pixels for a, b in zip(self._around, inside, strict=True))
-        developed = {"exposure": exposure, "space": "srgb", "gamut": "hue"}
-        facts = [*image._file_facts(), *developed.items(), ("out_of_gamut", out_of_gamut), ("overexposed", overexposed)]
+        facts = image._file_facts()
+        facts += [("exposure", exposure), ("space", "srgb"), ("gamut", "hue")]
+        facts += [("out_of_gamut", out_of_gamut), ("overexposed", overexposed)]
         _core.check_output(str(file))
         _core.save_png(str(file), self._rgb, 8, "srgb", facts, True)
 
