@@ -15,6 +15,39 @@ const NOISE: f64 = 0.05;
 /// Greatest power that sums over wavelengths hold; tables beyond it are divided by their greatest value.
 const MOST_POWER: f64 = 1e100;
 
+/// Parts of a column's name that say it holds no power per wavelength, and what is to be done.
+const OTHER_QUANTITIES: [(&[&str], &str); 5] = [
+    (
+        &["photon", "quanta", "quantum", "ppfd", "mol/"],
+        "counts photons; divide each value by its wavelength, which makes power of it",
+    ),
+    (&["count", "cts", "adu"], "holds counts of a detector; divide them by its response to a known lamp"),
+    (&["db"], "is in decibels; save it as linear power"),
+    (
+        &["/ev", "per ev", "/thz", "/hz", "per hz", "/cm-1", "per cm-1", "(cm-1", "wavenumber"],
+        "is power per energy or frequency; divide each value by the square of its wavelength",
+    ),
+    (
+        &["transmit", "transmission", "reflect", "absorb", "absorption", "response", "efficiency"],
+        "says what becomes of light, and is no light",
+    ),
+];
+
+/// What a column of that name holds instead of power per wavelength, where its name says so.
+fn other_quantity(name: &str) -> Option<&'static str> {
+    let name = name.to_lowercase();
+    let words: Vec<&str> = name.split(|c: char| !c.is_alphanumeric()).collect();
+    OTHER_QUANTITIES.iter().find_map(|(parts, meaning)| {
+        let is_said = |part: &&str| match **part {
+            // Short words stand alone: "db" is in "feedback" too.
+            "db" => words.iter().any(|word| word.starts_with("db") && word.len() <= 3),
+            "cts" | "adu" => words.contains(part),
+            part => name.contains(part),
+        };
+        parts.iter().any(|part| is_said(part)).then_some(*meaning)
+    })
+}
+
 /// The lamp in the bytes of a file; `label` names it, also in errors.
 pub fn read_lamp(bytes: &[u8], label: &str) -> Result<(Illuminant, ReadReport), String> {
     let in_file = |why: String| format!("{label}: {why}");
@@ -53,6 +86,10 @@ pub fn read_lamp(bytes: &[u8], label: &str) -> Result<(Illuminant, ReadReport), 
         return Err(at(rows.lines[at_row], format!("wavelengths must be > 0, got {}", rows.columns[axis.0][at_row])));
     }
     let nm = wavelengths(&rows, axis, None, None, &mut report).map_err(in_file)?;
+    if let Some(meaning) = other_quantity(&rows.names[place]) {
+        let name = quoted(&rows.called(place));
+        return Err(format!("{label}: the column {name} {meaning}; a lamp is power per wavelength, in any unit"));
+    }
     report.take("power", &rows.called(place), "relative", "the only column beside the axis");
     let mut power = rows.columns[place].clone();
     let top = power.iter().copied().fold(0.0, f64::max);
@@ -102,6 +139,9 @@ mod tests {
             "nm;power\n600;0,0\n500;3,0\n400;1,0\n",
             "um\tpower\n0.4\t1\n0.5\t3\n0.6\t0\n",
             "400,1\n500,3\n600,-0.01\n",
+            "nm,feedback lamp W/m2/nm\n400,1\n500,3\n600,0\n",
+            // Three places behind the point and a whole power are two numbers, and no thousands.
+            "0.400,1\n0.500,3\n0.600,0\n",
         ] {
             let (light, _) = read(text).unwrap();
             assert_eq!((light.power(450.0), light.power(399.0), light.name()), (2.0, 0.0, "lamp.csv"), "{text:?}");
@@ -132,6 +172,12 @@ mod tests {
             ("0,1\n500,2", "> 0"),
             ("100,1\n200,2", "no visible light"),
             ("400,0\n500,0", "no visible light"),
+            ("nm,photon flux\n400,1\n500,2", "counts photons"),
+            ("nm,umol/m2/s\n400,1\n500,2", "counts photons"),
+            ("nm,Sample (counts)\n400,1\n500,2", "counts of a detector"),
+            ("nm,level [dBm]\n400,1\n500,2", "decibels"),
+            ("eV,W/m2/eV\n2,1\n3,2", "per energy or frequency"),
+            ("nm,Transmittance\n400,1\n500,2", "no light"),
             ("f [THz],power\n400,1\n500,2", "\"thz\""),
         ] {
             let message = read(text).unwrap_err();

@@ -328,6 +328,7 @@ fn is_grouped(word: &str) -> bool {
         let first = groups.next().unwrap_or("");
         let rest: Vec<&str> = groups.collect();
         digits(first)
+            && !first.starts_with('0')
             && first.len() <= 3
             && !rest.is_empty()
             && rest.iter().all(|part| part.len() == 3 && digits(part))

@@ -42,6 +42,7 @@ fn thousands_marks_are_refused() {
         assert!(Rows::read(text, 2).unwrap_err().contains("groups its thousands"), "{text:?}");
     }
     assert!(!is_grouped("400,0.1") && !is_grouped("1234.5") && is_grouped("12,345,678.9"));
+    assert!(!is_grouped("0.365,1"), "nothing is grouped behind a nought: two numbers");
 }
 
 #[test]
