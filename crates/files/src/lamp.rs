@@ -38,7 +38,7 @@ fn other_quantity(name: &str) -> Option<&'static str> {
     let name = name.to_lowercase();
     let words: Vec<&str> = name.split(|c: char| !c.is_alphanumeric()).collect();
     OTHER_QUANTITIES.iter().find_map(|(parts, meaning)| {
-        let is_said = |part: &&str| match **part {
+        let is_said = |part: &&str| match *part {
             // Short words stand alone: "db" is in "feedback" too.
             "db" => words.iter().any(|word| word.starts_with("db") && word.len() <= 3),
             "cts" | "adu" => words.contains(part),
