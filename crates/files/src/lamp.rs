@@ -44,7 +44,7 @@ fn other_quantity(name: &str) -> Option<&'static str> {
             "cts" | "adu" => words.contains(part),
             part => name.contains(part),
         };
-        parts.iter().any(|part| is_said(part)).then_some(*meaning)
+        parts.iter().any(is_said).then_some(*meaning)
     })
 }
 
