@@ -1,6 +1,6 @@
 """Rays through many triangles, spheres and instances, each beside a yardstick; prints a table.
 
-usage: geometry.py [--threads N] [--repeats N] [--size N] [mesh | spheres | instances | memory]...
+usage: geometry.py [--threads N] [--repeats N] [--size N] [mesh | spheres | instances | memory | glasses | start]...
 
 mesh       Mrays/s on a bumpy sphere of 1.0 million triangles, coherent (one view) and incoherent (a lens three
            times as wide as the sphere: neighbouring rays share neither origin nor direction). Ours are samples of a whole render
@@ -9,6 +9,9 @@ mesh       Mrays/s on a bumpy sphere of 1.0 million triangles, coherent (one vie
 spheres    time of a camera sample through 10^3, 10^4 and 10^5 spheres that cover the same area
 instances  the same and the memory of 10^6 instances of a mesh of 80 triangles
 memory     peak memory of a render of the mesh, above that of a render of one sphere
+glasses    a camera sample through one ball of glass and through three nested ones, under the built-in studio
+start      whole processes: seconds and peak memory of `iridesce render` on a picture of 16 x 16, and those of the bench
+           bubble at 64 samples
 
 Times are processor time by thread, the best of N repeats, since on a shared machine the clock tells of the others: what threads
 wait for one another is not in them. Only ratios of one run mean something.
@@ -257,7 +260,50 @@ def memory(arguments: argparse.Namespace, folder: Path) -> None:
         print(f"| {len(faces)} triangles, {name} | {told['s']:.2f} | {told['mb']:.0f} | {each:.0f} |", flush=True)
 
 
-PARTS = {"mesh": mesh, "spheres": spheres, "instances": instances, "memory": memory}
+def glasses(arguments: argparse.Namespace, folder: Path) -> None:
+    print("\n| balls | ns a camera sample | times one |\n|---|---|---|")
+    balls = [("outer", 1.0, 1.5), ("middle", 0.7, 1.33), ("inner", 0.4, 1.7)]
+    first = 0.0
+    for count in (1, 3):
+        tree = scene({"sphere": {"radius": 1.0}}, VIEWS["coherent"], arguments.size)
+        tree["object"] = [
+            {"name": name, "shape": {"sphere": {"radius": radius}}, "surface": {"dielectric": {"medium": index}}}
+            for name, radius, index in balls[:count]
+        ]
+        tree["light"] = [{"environment": {"builtin": "studio"}}]
+        took, _ = best_s(tree, enough(arguments.size), arguments.threads, arguments.repeats)
+        each = took * arguments.threads * 1e9 / (arguments.size**2 * enough(arguments.size))
+        first = first or each
+        print(f"| {count} | {each:.0f} | {each / first:.2f} |", flush=True)
+
+
+def start(arguments: argparse.Namespace, folder: Path) -> None:
+    from run import BUBBLE
+    from studio import write_studio
+
+    write_studio(folder)
+    (folder / "bubble.toml").write_text(BUBBLE)
+    trivial = scene({"sphere": {"radius": 1.0}}, VIEWS["coherent"], 16)
+    (folder / "trivial.json").write_text(json.dumps(trivial))
+    print("\n| picture | wall s, median | processor s | peak MB |\n|---|---|---|---|")
+    for name, samples, repeats in (("trivial.json", 1, 5), ("bubble.toml", 64, 1)):
+        command = [sys.executable, "-m", "iridesce", "render", name, "-o", "out.exr", "--samples", str(samples)]
+        wall, used, peak = [], [], 0.0
+        for _ in range(repeats):
+            before = time.perf_counter()
+            process = subprocess.Popen(
+                [*command, "--threads", str(arguments.threads)], cwd=folder, stderr=subprocess.DEVNULL
+            )
+            _, status, told = os.wait4(process.pid, 0)
+            if status:
+                raise SystemExit(f"{name}: {status}")
+            wall.append(time.perf_counter() - before)
+            used.append(told.ru_utime + told.ru_stime)
+            peak = max(peak, told.ru_maxrss / 1024)
+        print(f"| {name} | {sorted(wall)[repeats // 2]:.2f} | {min(used):.2f} | {peak:.0f} |", flush=True)
+
+
+PARTS = {"mesh": mesh, "spheres": spheres, "instances": instances, "memory": memory, "glasses": glasses, "start": start}
 
 
 def main() -> int:

@@ -37,9 +37,12 @@ def table_of(surface: dict[str, Any]) -> dict[str, Any]:
     thickness: Any = np.zeros((1, 1, 1))
     base, low, high = 1.0, 0.0, 0.0
     if kind == "film":
-        law = keys["thickness_nm"]["gradient"]
-        low, high = law["bottom"], law["top"]
-        thickness = np.linspace(low, high, 141)[:, None, None]
+        law = keys["thickness_nm"]
+        if isinstance(law, dict):
+            low, high = law["gradient"]["bottom"], law["gradient"]["top"]
+            thickness = np.linspace(low, high, 141)[:, None, None]
+        else:
+            thickness = np.full((1, 1, 1), float(law))
         items: list[Any] = ["air", ir.Layer(keys["medium"], thickness), "air"]
     else:
         layers = [ir.Layer(row["medium"], row["thickness_nm"]) for row in keys.get("layers", [])]
@@ -144,6 +147,8 @@ def exact_film(mi: Any) -> Any:
             """The matrix about the plane of incidence on h, turned into Mitsuba's own frames of the two rays."""
             s, p, re, im = numbers
             a, b = 0.5 * (s + p), 0.5 * (s - p)
+            if not mi.is_polarized:
+                return a
             o = mi.UnpolarizedSpectrum(0)
             matrix = mi.Spectrum(a, b, o, o, b, a, o, o, o, o, re, -im, o, o, im, re)
             goes, comes = (wo, wi) if ctx.mode == mi.TransportMode.Radiance else (wi, wo)
@@ -215,6 +220,13 @@ def exact_film(mi: Any) -> Any:
             h = dr.normalize(si.wi + wo)
             density = self.facets.pdf(si.wi, h) / (4 * dr.maximum(dr.dot(wo, h), 1e-9))
             return dr.select((mi.Frame3f.cos_theta(si.wi) > 0) & (mi.Frame3f.cos_theta(wo) > 0), density, 0)
+
+        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
+            if self.facets or self.base != 1.0:
+                return mi.Spectrum(0)
+            cosine = mi.Frame3f.cos_theta(si.wi)
+            passes = self._both(4, si, dr.abs(cosine), cosine > 0, active)
+            return self._mueller(passes, mi.BSDFContext(), si.wi, -si.wi, mi.Vector3f(0, 0, 1)) & active
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)

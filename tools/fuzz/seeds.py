@@ -8,6 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import pictures
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -267,6 +269,12 @@ def _gltfs(_: Path) -> list[bytes]:
     return [inside, b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body]
 
 
+def _pictures(folder: Path) -> list[bytes]:
+    """Bytes of which `pictures` makes a scene; the mesh that it may name stands in the folder."""
+    (folder / "thing.ply").write_bytes(_plys(folder)[0])
+    return [bytes(range(start, start + 16)) for start in range(0, 160, 16)]
+
+
 def _stacks(_: Path) -> list[bytes]:
     return [
         b"air / soap 320 / air",
@@ -435,6 +443,10 @@ READERS = {
         Reader("mesh-obj", _objs, _file("thing.obj", _mesh), True),
         Reader("mesh-ply", _plys, _file("thing.ply", _mesh)),
         Reader("mesh-gltf", _gltfs, _file("thing.gltf", _mesh)),
+        Reader("picture", _pictures, pictures.draw),
+        Reader("picture-obj", _objs, functools.partial(pictures.draw_mesh, "thing.obj"), True),
+        Reader("picture-ply", _plys, functools.partial(pictures.draw_mesh, "thing.ply")),
+        Reader("picture-gltf", _gltfs, functools.partial(pictures.draw_mesh, "thing.gltf")),
         Reader("stack-text", _stacks, _stack, True),
         Reader("set", _settings, _set, True),
     )
