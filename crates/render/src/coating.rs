@@ -42,6 +42,16 @@ impl IndexTable {
         (f64::from(self.n[beside / LANES].0[beside % LANES]) - n).mul_add(share, n)
     }
 
+    /// The real indices of a block.
+    #[inline(always)]
+    pub fn real(&self, block: usize) -> &[f32; LANES] {
+        &self.n[block].0
+    }
+
+    pub fn is_clear(&self) -> bool {
+        self.k.iter().all(|lanes| lanes.0.iter().all(|k| *k == 0.0))
+    }
+
     #[inline(always)]
     fn load<S: Simd>(&self, simd: S, block: usize) -> [f32x16<S>; 2] {
         [self.n[block].load(simd), self.k[block].load(simd)]
@@ -71,9 +81,15 @@ impl Sequence<'_> {
     /// Everything about a block of nodes.
     #[inline(always)]
     pub fn response<S: Simd>(&self, simd: S, block: usize, cos_theta: f32) -> Response<S> {
+        self.response_by_node(simd, block, f32x16::splat(simd, cos_theta))
+    }
+
+    /// The same with an angle of its own for each node.
+    #[inline(always)]
+    pub fn response_by_node<S: Simd>(&self, simd: S, block: usize, cos_theta: f32x16<S>) -> Response<S> {
         let (zero, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
         let n_0 = self.outer.n[block].load(simd);
-        let q_0 = n_0 * cos_theta.max(SMALLEST_COS);
+        let q_0 = n_0 * cos_theta.max(f32x16::splat(simd, SMALLEST_COS));
         let q_0_squared = q_0 * q_0;
         let per_n_0_squared = one / (n_0 * n_0);
         let rate = self.rate[block].load(simd);

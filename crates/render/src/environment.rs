@@ -72,6 +72,13 @@ impl MapLookup {
         sum.map(|v| (v / total) as f32)
     }
 
+    /// Radiance that is there in every direction: the least of each channel.
+    pub fn least_rgb(&self) -> [f32; 3] {
+        let texels = self.map.rgb.chunks_exact(3);
+        let least = texels.fold([f32::INFINITY; 3], |least, rgb| std::array::from_fn(|c| least[c].min(rgb[c])));
+        least.map(|v| if v.is_finite() { v.max(0.0) } else { 0.0 })
+    }
+
     #[inline(always)]
     fn texel(&self, row: usize, column: usize) -> [f32; 3] {
         let at = 3 * (row * self.map.width + column);
@@ -89,6 +96,8 @@ pub struct MapSampler {
     rows: Vec<f64>,
     /// Chance of a cell within its row, summed likewise.
     cells: Vec<f64>,
+    /// One over the solid angle of a cell, by row.
+    per_angle: Vec<f64>,
 }
 
 impl MapSampler {
@@ -117,7 +126,7 @@ impl MapSampler {
         for row in &mut row_sums {
             *row /= total;
         }
-        MapSampler { rows: row_sums, cells }
+        MapSampler { rows: row_sums, cells, per_angle: solid.iter().map(|angle| 1.0 / angle).collect() }
     }
 
     /// A direction and its probability per solid angle, from two random numbers in [0, 1).
@@ -131,7 +140,7 @@ impl MapSampler {
         let azimuth = std::f64::consts::TAU * ((column as f64 + across) / columns as f64 - 0.5);
         let (sin, cos) = azimuth.sin_cos();
         let level = (1.0 - y * y).max(0.0).sqrt();
-        (Vec3::new(level * sin, y, -level * cos), row_chance * chance / latlong::solid_angle(row, GRID))
+        (Vec3::new(level * sin, y, -level * cos), row_chance * chance * self.per_angle[row])
     }
 
     /// The probability per solid angle with which a direction is drawn.
@@ -141,8 +150,7 @@ impl MapSampler {
         let [across, down] = latlong::place(direction.to_array(), GRID);
         let (column, row) = ((across as usize).min(columns - 1), (down as usize).min(rows - 1));
         let step = |sums: &[f64], i: usize| sums[i] - if i > 0 { sums[i - 1] } else { 0.0 };
-        step(&self.rows, row) * step(&self.cells[row * columns..(row + 1) * columns], column)
-            / latlong::solid_angle(row, GRID)
+        step(&self.rows, row) * step(&self.cells[row * columns..(row + 1) * columns], column) * self.per_angle[row]
     }
 }
 

@@ -56,6 +56,7 @@ pub struct FilmTable {
     blocks: Vec<FilmBlock>,
     exact: Vec<ExactNode>,
     is_plain: bool,
+    is_clear: bool,
 }
 
 /// A film medium at a node, in double precision.
@@ -104,6 +105,7 @@ impl FilmTable {
         FilmTable {
             exact: exact.collect(),
             blocks: joined.map(|((contrast, loss), rate)| FilmBlock { contrast, loss, rate }).collect(),
+            is_clear: relative.iter().all(|m| m.im == 0.0),
             is_plain: relative.iter().all(|m| m.im == 0.0 && m.re >= 1.0),
         }
     }
@@ -113,6 +115,11 @@ impl FilmTable {
     #[inline(always)]
     pub fn is_plain(&self) -> bool {
         self.is_plain
+    }
+
+    /// Whether nothing is lost in it.
+    pub fn is_clear(&self) -> bool {
+        self.is_clear
     }
 
     /// R of s and p light for a block of nodes of a plain film.

@@ -40,6 +40,15 @@ pub struct Spectra {
     pub bands: Bands,
 }
 
+impl Spectra {
+    /// Whether no medium, layer or film absorbs anything.
+    pub fn is_clear(&self) -> bool {
+        self.attenuation.iter().all(Option::is_none)
+            && self.films.iter().all(FilmTable::is_clear)
+            && self.coatings.iter().flatten().all(IndexTable::is_clear)
+    }
+}
+
 /// What of the light is the same whatever the nodes are.
 pub struct Lit<'a> {
     pub around: EnvironmentLight,

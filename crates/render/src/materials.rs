@@ -125,6 +125,26 @@ impl Material {
         }
     }
 
+    /// Whether it sends light on in more than single directions, and so samples the lights.
+    pub fn scatters(&self) -> bool {
+        match self {
+            Material::Film(film) => film.rough.is_some(),
+            Material::Coating(coating) => coating.rough.is_some(),
+            Material::Diffuse { is_black, .. } => !is_black,
+            Material::Emitter(_) => false,
+        }
+    }
+
+    /// Whether all light that comes to it goes on, if its media are clear.
+    pub fn is_clear(&self, reflectances: &[DiffuseColor<'_>]) -> bool {
+        match self {
+            Material::Film(_) => true,
+            Material::Coating(coating) => !coating.is_opaque,
+            Material::Diffuse { number, .. } => matches!(reflectances[*number], DiffuseColor::Rgb([1.0, 1.0, 1.0])),
+            Material::Emitter(_) => false,
+        }
+    }
+
     /// What share of the scene's mean light is expected from a surface: the estimate against which choices are made.
     /// Any would do, the better it is the less noise they make.
     pub fn expected_share(&self, reflectances: &[DiffuseColor<'_>]) -> f32 {

@@ -19,6 +19,7 @@
 //! caps", CGF 42(8), 2023), which holds for rays that come from below the horizon, too.
 
 use iridesce_numerics::Vec3;
+use iridesce_numerics::lanes::SINGLES as LANES;
 
 /// Least alpha: beneath it a lobe is narrower than 0.01 degrees, and no picture tells it from a mirror.
 pub const LEAST_ALPHA: f64 = 1e-4;
@@ -154,6 +155,16 @@ impl Wanderer {
         Wanderer { direction: self.direction - facet * (2.0 * along), ..*self }
     }
 
+    /// Probability that it gets out in another direction from the facet it is at, mirrored or refracted.
+    #[inline(always)]
+    pub fn escape(&self, facets: &Microfacets, direction: Vec3, is_mirrored: bool) -> f64 {
+        if is_mirrored {
+            facets.escape(self.own(direction), self.height)
+        } else {
+            self.escape_beyond(facets, direction)
+        }
+    }
+
     /// Through a facet, on in another direction.
     #[inline(always)]
     pub fn passed(&self, direction: Vec3) -> Wanderer {
@@ -175,6 +186,43 @@ impl Wanderer {
         (density > 0.0 && density.is_finite()).then(|| (self.own(h), density))
     }
 
+    /// How densely it is refracted into a direction at sixteen ratios of the indices at once, whether it then gets out or not, and the
+    /// cosines of the facets that do it; in single precision, 0 and 1 where no facet does.
+    #[inline(always)]
+    pub fn refract_densities(&self, facets: &Microfacets, direction: Vec3, ratios: &[f32; LANES]) -> [[f32; LANES]; 2] {
+        let (towards, own) = (self.own(-self.direction), self.own(direction));
+        let [x, y] = facets.alpha;
+        let area = std::f64::consts::PI * x * y * facets.projected_area(towards);
+        let all = 1.0 / area.max(f64::from(f32::MIN_POSITIVE)) as f32;
+        let single = |v: Vec3| [v.x as f32, v.y as f32, v.z as f32];
+        let ([t_x, t_y, t_z], [o_x, o_y, o_z]) = (single(towards), single(own));
+        let per_alpha = [1.0 / x as f32, 1.0 / y as f32];
+        let (mut densities, mut cosines) = ([0.0; LANES], [1.0; LANES]);
+        for lane in 0..LANES {
+            let ratio = ratios[lane];
+            let (s_x, s_y, s_z) = (t_x * ratio + o_x, t_y * ratio + o_y, t_z * ratio + o_z);
+            let length2 = s_x * s_x + s_y * s_y + s_z * s_z;
+            let scale = 1.0_f32.copysign(s_z) / length2.sqrt();
+            let (h_x, h_y, h_z) = (s_x * scale, s_y * scale, s_z * scale);
+            let cos_in = t_x * h_x + t_y * h_y + t_z * h_z;
+            let cos_out = -(o_x * h_x + o_y * h_y + o_z * h_z);
+            let (slope_x, slope_y) = (h_x * per_alpha[0], h_y * per_alpha[1]);
+            let stretched = slope_x * slope_x + slope_y * slope_y + h_z * h_z;
+            let density = all * cos_in * cos_out / (length2 * stretched * stretched);
+            let is_there = cos_in > 0.0 && cos_out > 0.0 && length2 > 1e-10 && density < f32::INFINITY;
+            densities[lane] = if is_there { density } else { 0.0 };
+            cosines[lane] = if is_there { cos_in } else { 1.0 };
+        }
+        [densities, cosines]
+    }
+
+    /// Probability that it gets out on the other side of the facet it is at.
+    #[inline(always)]
+    pub fn escape_beyond(&self, facets: &Microfacets, direction: Vec3) -> f64 {
+        let own = self.own(direction);
+        facets.escape(Vec3::new(own.x, own.y, -own.z), 1.0 - self.height)
+    }
+
     /// The same for refraction; `ratio` is the index on its own side over that beyond.
     #[inline(always)]
     pub fn refract_density(&self, facets: &Microfacets, direction: Vec3, ratio: f64) -> Option<(Vec3, f64)> {
@@ -191,8 +239,7 @@ impl Wanderer {
             return None;
         }
         let jacobian = cos_out / length2;
-        let flipped = Vec3::new(own.x, own.y, -own.z);
-        let density = facets.visible_density(towards, h) * jacobian * facets.escape(flipped, 1.0 - self.height);
+        let density = facets.visible_density(towards, h) * jacobian * self.escape_beyond(facets, direction);
         (density > 0.0 && density.is_finite()).then(|| (self.own(h), density))
     }
 }

@@ -63,6 +63,8 @@ pub struct Prepared {
     pub size: [u32; 2],
     /// Where mirrors and lenses throw the light of small lamps, if anywhere ([`crate::caustics`]).
     pub seeds: Option<Seeds>,
+    /// Nothing is absorbed anywhere: whatever the camera sends out comes to the lights.
+    pub is_clear: bool,
     /// Path difference up to which the lights of the scene show fringes of films, nm; beyond it their mean counts.
     pub seen_nm: f64,
     /// The same spectra ever finer: a pixel takes the coarsest that resolves the fringes it shows.
@@ -76,7 +78,7 @@ impl Prepared {
         let mut media = Media::new();
         let materials = materials(resolved, &mut media)?;
         let geometry = Geometry::new(resolved);
-        let around = EnvironmentLight::new(&resolved.environments, !materials.diffuse.is_empty());
+        let around = EnvironmentLight::new(&resolved.environments, materials.list.iter().any(Material::scatters));
         let camera = RayCamera::new(&scene.camera, width, height);
         let bodies: Vec<Option<u8>> = materials.list.iter().map(Material::body).collect();
         check_lights(resolved, &media, |place| {
@@ -135,6 +137,8 @@ impl Prepared {
                 .chain([1.0])
                 .collect(),
             reflectance_maps: materials.diffuse.iter().map(DiffuseColor::map).collect(),
+            is_clear: (materials.list.iter()).all(|own| own.is_clear(&materials.diffuse))
+                && levels.iter().all(Spectra::is_clear),
             names: scene.objects.iter().map(|object| object.name.clone()).collect(),
             shown_indices: media.list().iter().map(shown_index).collect::<Result<_, _>>()?,
             media,

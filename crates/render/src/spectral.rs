@@ -258,6 +258,8 @@ pub struct Bands {
     pub ends: [f64; 2],
     /// The nodes that go together: every uniform one by itself, lines that no prism tells apart.
     groups: Vec<Group>,
+    /// The same by node: of a group at its first.
+    pub chances: Vec<Lanes>,
     uniform: usize,
     blocks: usize,
     /// Of nodes that were asked for: where they lie among the uniform ones. They come from `first_probe` on.
@@ -296,7 +298,7 @@ impl Bands {
             .collect();
         let total: f64 = shares.iter().sum();
         let mut until = 0.0;
-        let groups = ranges
+        let groups: Vec<Group> = ranges
             .into_iter()
             .zip(shares)
             .map(|(nodes, share)| {
@@ -304,6 +306,10 @@ impl Bands {
                 Group { nodes, chance: share / total, until }
             })
             .collect();
+        let mut chances = vec![Lanes::ZERO; importance.len()];
+        for Group { nodes, chance, .. } in &groups {
+            chances[nodes.start / LANES].0[nodes.start % LANES] = *chance as f32;
+        }
         let distance = |i: &usize| (nodes.wavelength_nm[*i] - 560.0).abs();
         let used = 0..nodes.uniform + nodes.lines.len();
         let middle = used.clone().min_by(|a, b| distance(a).total_cmp(&distance(b)));
@@ -313,6 +319,7 @@ impl Bands {
             middle: middle.unwrap_or(0) as f64,
             ends,
             groups,
+            chances,
             uniform: nodes.uniform,
             blocks: importance.len(),
             probe_places: nodes.probe_places(),
@@ -337,6 +344,13 @@ impl Bands {
         let last = (self.uniform - 1) as f64;
         let place = place.abs();
         if place > last { (2.0 * last - place).max(0.0) } else { place }
+    }
+
+    /// The node that a number in [0, 1) chooses, by [`Bands::chances`].
+    #[inline(always)]
+    pub fn choose_node(&self, random: f64) -> f64 {
+        let at = self.groups.partition_point(|group| group.until <= random).min(self.groups.len() - 1);
+        self.groups[at].nodes.start as f64
     }
 
     /// The weights of the nodes at a place: on average over all places every node weighs one.

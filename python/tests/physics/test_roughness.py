@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import iridesce as ir
+from oracles import environment
 from physics.scenes import (
     WHITE,
     coating,
@@ -230,3 +231,19 @@ def test_a_rough_metal_is_that_of_mitsuba(alpha):
     sums = [runs.sum((1, 2)) for runs in (ours, theirs)]
     noise = np.sqrt(sum(runs.var(ddof=1) / runs.size for runs in sums)) / theirs.mean(0).sum()
     assert noise < 0.02 and -4 * noise < difference < 4 * noise + 4e-3, (difference, noise)
+
+
+# ---- light sampling ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("surface", ["metal", "dielectric"])
+def test_a_bright_patch_of_a_map_is_looked_for(surface, tmp_path, monkeypatch):
+    """A rough surface in a dark room with one window, which its own facets alone would seldom find."""
+    monkeypatch.chdir(tmp_path)
+    window = np.full((64, 128, 3), 0.05, dtype=np.float32)
+    window[29:31, 6:8] = 40.0
+    environment.write_exr(tmp_path / "window.exr", window)
+    floor = disk((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 5.0, rough(SURFACES[surface], 0.45))
+    camera = {"position": [0.0, 0.0, 4.0], "orthographic_height": 1e-3, "resolution": [32, 32]}
+    y = shot(camera, [floor], [{"environment": {"map": "window.exr"}}], samples=4)[..., 1]
+    assert y.std() < 0.5 * y.mean()

@@ -12,7 +12,8 @@ from oracles import environment
 from oracles.camera import camera_rays
 from oracles.film_sphere import FilmSphere
 from oracles.ztest import z_test
-from physics.scenes import scene
+from physics.scenes import coating, film, scene, sphere
+from physics.scenes import plane as half_space
 
 CAMERA = {"position": [0.8, 0.6, 4.0], "target": [0.1, 0.0, 0.0], "fov_deg": 34.0, "resolution": [24, 20]}
 # Two strong films that cut each other: long paths, and much left over at a small depth.
@@ -158,3 +159,22 @@ def test_samples_are_spread_over_the_pixel_both_ways(tmp_path, monkeypatch, axis
     slope = 2.0 * np.tan(np.radians(20.0)) / 16.0  # radiance a pixel, in the middle of the picture
     random = slope / np.sqrt(12.0 * samples)
     assert np.std(got - wanted) < 2.0 * random / np.sqrt(np.sqrt(samples)), np.std(got - wanted) / random
+
+
+@pytest.mark.parametrize("max_depth", [1, 2, 16])
+@pytest.mark.parametrize("water", [1.333, "water"])
+def test_no_pixel_is_darker_than_black(water, max_depth):
+    """A bubble over an oil film under the studio. (Pixels of -7 times the mean where many branches are left to chance.)"""
+    bubble = film("soap", {"gradient": {"top": 0.0, "bottom": 800.0}})
+    tree = {
+        "version": 1,
+        "camera": {"position": [0.0, 2.0, 6.0], "target": [0.0, 0.7, 0.0], "fov_deg": 40.0, "resolution": [48, 48]},
+        "render": {"max_depth": max_depth, "samples": 16},
+        "object": [
+            sphere((0.0, 1.2, 0.0), 1.0, bubble),
+            half_space((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), coating([(1.47, 420.0)], water)),
+        ],
+        "light": [{"environment": {"builtin": "studio"}}],
+    }
+    for seed in (1, 2):
+        assert ir.render(tree, seed=seed).xyz.min() > 0.0

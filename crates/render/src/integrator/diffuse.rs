@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 
-use super::direct::Scatters;
+use super::direct::{Drawn, Scatters};
 use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Scattered, Since, Sums, Tracer};
 use crate::geometry::frame;
 use crate::sampler::Choices;
@@ -42,11 +42,7 @@ impl Tracer<'_> {
             self.direct_light(simd, path, &Lambertian { facing }, sums, choices);
         }
 
-        let (a, b) = choices.pair();
-        let (across, up) = frame(facing);
-        let (sin, cos) = (std::f64::consts::TAU * b).sin_cos();
-        let (radius, height) = (a.sqrt(), (1.0 - a).sqrt());
-        let direction = (across * (radius * cos) + up * (radius * sin) + facing * height).normalized();
+        let (direction, height) = Lambertian { facing }.direction(choices.pair());
         // In a medium that absorbs the lights were not sampled: whatever the branch finds is its own.
         let density = height * std::f64::consts::FRAC_1_PI;
         let scattered = (!is_dark).then_some(Scattered { origin: hit.point, density });
@@ -102,7 +98,29 @@ struct Lambertian {
     facing: Vec3,
 }
 
+impl Lambertian {
+    /// A direction in proportion to its cosine, and that.
+    #[inline(always)]
+    fn direction(&self, (a, b): (f64, f64)) -> (Vec3, f64) {
+        let (across, up) = frame(self.facing);
+        let (sin, cos) = (std::f64::consts::TAU * b).sin_cos();
+        let (radius, height) = (a.sqrt(), (1.0 - a).sqrt());
+        ((across * (radius * cos) + up * (radius * sin) + self.facing * height).normalized(), height)
+    }
+}
+
 impl Scatters for Lambertian {
+    #[inline(always)]
+    fn draw(&self, point: (f64, f64), _: f64) -> Option<Vec3> {
+        Some(self.direction(point).0)
+    }
+
+    #[inline(always)]
+    fn drawn(&self, direction: Vec3) -> Drawn {
+        let density = self.density(direction).max(0.0);
+        Drawn { density, target: density }
+    }
+
     #[inline(always)]
     fn density(&self, direction: Vec3) -> f64 {
         direction.dot(self.facing) * std::f64::consts::FRAC_1_PI

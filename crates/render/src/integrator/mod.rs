@@ -11,7 +11,7 @@
 //! may be left out only by Russian roulette, never dropped (`roulette.rs`): below [`FAINT`] it survives with probability in
 //! proportion to its luminance; after `max_depth` hits below the luminance it had there; and where two go on after
 //! `max_depth`, one is chosen in proportion to luminance. So no weight ever grows, and the walk ends. In a uniform
-//! environment nothing at all is left to chance.
+//! environment where nothing absorbs nothing at all is left to chance.
 
 mod caustics;
 mod diffuse;
@@ -49,7 +49,7 @@ use crate::sampler::Choices;
 use crate::variance::MOST_BATCHES;
 
 /// Luminance (of 1 at the camera) below which a branch survives only by chance. One such choice makes noise of at most
-/// half of this times the deviation of the light from its mean; docs/evidence/performance.md has the trade against time.
+/// half of this times the deviation of the light from its least; docs/evidence/performance.md has the trade against time.
 const FAINT: f32 = 2e-4;
 
 /// Luminance below which a branch goes on in one of [`GROUP`] samples alone, with their weight, where a picture may end early.
@@ -531,9 +531,13 @@ impl<'a> Tracer<'a> {
             Continuation::Surface(_) => Target::Slot(slot),
             Continuation::Escapes if lights.depend_on_direction() => {
                 let sun = lights.sun_at(direction).map(|(sun, _)| (sun, self.sun_mis_weight(sun, scattered)));
-                let maps = scattered.map_or(1.0, |from| self.environment_mis_weight(from, direction));
-                let share = Share { maps, sun: sun.filter(|(_, share)| *share > 0.0) };
-                Target::Out(self.escaped.push(direction, share))
+                let share =
+                    Share { maps: self.environment_mis_weight(scattered), sun: sun.filter(|(_, share)| *share > 0.0) };
+                if share.maps == 0.0 && share.sun.is_none() {
+                    Target::Uniform
+                } else {
+                    Target::Out(self.escaped.push(direction, share))
+                }
             }
             Continuation::Escapes => Target::Uniform,
             Continuation::Emitter(emitter, share) => Target::Emitter(emitter, share),
@@ -632,13 +636,26 @@ impl<'a> Tracer<'a> {
     /// Adds what a block would find if the lights had their mean radiance everywhere.
     #[inline(always)]
     fn add_mean<S: Simd>(&self, simd: S, block: usize, s_and_p: f32x16<S>, xyz: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
+        self.add_around(simd, block, s_and_p, self.spectra.lights.mean_rgb, xyz)
+    }
+
+    /// Adds what a block would find if all maps had one radiance everywhere.
+    #[inline(always)]
+    fn add_around<S: Simd>(
+        &self,
+        simd: S,
+        block: usize,
+        s_and_p: f32x16<S>,
+        rgb: [f32; 3],
+        xyz: [f32x16<S>; 3],
+    ) -> [f32x16<S>; 3] {
         let lights = &self.spectra.lights;
         self.tell(Source::Uniform, block, s_and_p);
         if lights.has_maps() {
-            self.tell(Source::Map(lights.mean_rgb), block, s_and_p);
+            self.tell(Source::Map(rgb), block, s_and_p);
         }
         let xyz = lights.add_uniform(simd, block, s_and_p, xyz);
-        if lights.has_maps() { lights.add_map(simd, block, s_and_p, lights.mean_rgb, xyz) } else { xyz }
+        if lights.has_maps() { lights.add_map(simd, block, s_and_p, rgb, xyz) } else { xyz }
     }
 
     /// Asks for finer spectra if these do not resolve the fringes of a path difference; true if the pixel must wait.

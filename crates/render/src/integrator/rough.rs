@@ -2,15 +2,18 @@
 //! the exact stack at its own angle, polarised.
 //!
 //! The whole spectrum goes the same way. At every facet the lights are sampled as if it were the last one; then one way is
-//! drawn, mirrored or refracted, in proportion to luminance, until the ray gets out. Light sampling and what the
+//! drawn, mirrored or refracted, in proportion to luminance, until the ray gets out. Where refraction parts the wavelengths one of them
+//! tells the direction, and all go there, each by the density of the facets that send it there over the mean of all of them
+//! (A. Wilkie et al., "Hero wavelength spectral sampling", CGF 33(4), 2014): a lobe wider than the dispersion shows no colour noise. Light sampling and what the
 //! outgoing branch finds are shared out by the balance heuristic given the walk so far: densities there may be any, as long
 //! as both techniques tell the same, so the share of mirrored light in them is that of a bare surface.
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
+use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_numerics::lanes::Singles as Lanes;
 
-use super::direct::Scatters;
+use super::direct::{Drawn, Scatters};
 use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Scattered, Since, Sums, Tracer};
 use crate::coating::{IndexTable, LayersAt, Sequence};
 use crate::film::{Beam, FilmTable, Phase, Response};
@@ -77,8 +80,9 @@ pub(super) struct Facets<'b> {
     /// The media on the two sides, and whether light that arrives there from a lamp would be absorbed on its way.
     pub media: [MediumStack; 2],
     pub is_dark: [bool; 2],
-    /// What of the spectrum is refracted together.
-    pub thinned: Option<&'b [Lanes]>,
+    /// Where the wavelengths part: the indices before a facet and beyond it, met from the side of the path, and the chances of the
+    /// nodes to tell the direction.
+    pub parted: Option<([&'b IndexTable; 2], &'b [Lanes])>,
 }
 
 impl Facets<'_> {
@@ -88,10 +92,28 @@ impl Facets<'_> {
         self.ratio.map(|ratio| if self.ray.is_below { 1.0 / ratio } else { ratio })
     }
 
+    /// The same where the wavelengths part, at a node.
+    #[inline(always)]
+    fn ratio_at(&self, node: f64) -> f64 {
+        let ratio = self.parted.map_or(1.0, |(media, _)| ratio(media, node));
+        if self.ray.is_below { 1.0 / ratio } else { ratio }
+    }
+
     /// The facet, in the world, that sends the ray into a direction: its probability density given that it mirrors or
     /// refracts, and whether it mirrors.
     #[inline(always)]
     fn towards(&self, direction: Vec3) -> Option<(Vec3, f64, bool)> {
+        let (h, mut density, is_mirrored) = self.towards_by_middle(direction)?;
+        if !is_mirrored && self.parted.is_some() {
+            let local = self.frame.local(direction);
+            density = self.mixed_density(local) * self.ray.escape_beyond(&self.spread, local);
+        }
+        (density > 0.0).then_some((h, density, is_mirrored))
+    }
+
+    /// The same where the middle of the spectrum tells the direction.
+    #[inline(always)]
+    fn towards_by_middle(&self, direction: Vec3) -> Option<(Vec3, f64, bool)> {
         let local = self.frame.local(direction);
         let side = usize::from(local.z < 0.0);
         // A direction that only the shading normal takes for one of this side does not leave the surface.
@@ -107,6 +129,38 @@ impl Facets<'_> {
         };
         Some((self.frame.world(h), density, is_mirrored))
     }
+
+    /// How likely a facet that sends light into a direction mirrors it, or refracts it, where either is drawn.
+    #[inline(always)]
+    fn share(&self, h: Vec3, is_mirrored: bool) -> f64 {
+        let Some(ratio) = self.ratio() else { return 1.0 };
+        let cos = -self.frame.world(self.ray.direction).dot(h);
+        let share = bare_reflectance(cos, ratio).clamp(0.02, 0.98);
+        if is_mirrored { share } else { 1.0 - share }
+    }
+
+    /// How densely a direction of the surface's frame is refracted into, whichever wavelength tells it.
+    #[inline(always)]
+    fn mixed_density(&self, local: Vec3) -> f64 {
+        let Some((_, chances)) = self.parted else { return 0.0 };
+        let mut sums = [0.0_f32; LANES];
+        for (block, chances) in chances.iter().enumerate() {
+            let [densities, _] = self.densities(block, local);
+            for lane in 0..LANES {
+                sums[lane] += chances.0[lane] * densities[lane];
+            }
+        }
+        f64::from(sums.iter().sum::<f32>())
+    }
+
+    /// By node of a block how densely light is refracted into a direction of the surface's frame, and at which cosine to the facet.
+    #[inline(always)]
+    fn densities(&self, block: usize, local: Vec3) -> [[f32; LANES]; 2] {
+        let Some(([outer, exit], _)) = self.parted else { return [[0.0; LANES], [1.0; LANES]] };
+        let (before, beyond) = if self.ray.is_below { (exit, outer) } else { (outer, exit) };
+        let (before, beyond) = (before.real(block), beyond.real(block));
+        self.ray.refract_densities(&self.spread, local, &std::array::from_fn(|lane| before[lane] / beyond[lane]))
+    }
 }
 
 impl Scatters for Facets<'_> {
@@ -118,10 +172,37 @@ impl Scatters for Facets<'_> {
     #[inline(always)]
     fn density(&self, direction: Vec3) -> f64 {
         let Some((h, density, is_mirrored)) = self.towards(direction) else { return 0.0 };
-        let Some(ratio) = self.ratio() else { return density };
-        let cos = -self.frame.world(self.ray.direction).dot(h);
-        let share = bare_reflectance(cos, ratio).clamp(0.02, 0.98);
-        density * if is_mirrored { share } else { 1.0 - share }
+        density * self.share(h, is_mirrored)
+    }
+
+    #[inline(always)]
+    fn draw(&self, point: (f64, f64), random: f64) -> Option<Vec3> {
+        let h = self.ray.facet(&self.spread, point);
+        let (direction, is_mirrored) = match self.ratio() {
+            Some(ratio) if random >= self.share(self.frame.world(h), true) => {
+                let cos = -self.ray.direction.dot(h);
+                let cosine2 = 1.0 - ratio * ratio * (1.0 - cos * cos);
+                if cosine2 <= 0.0 {
+                    return None;
+                }
+                (self.ray.direction * ratio + h * (ratio * cos - cosine2.sqrt()), false)
+            }
+            _ => (self.ray.mirrored(h).direction, true),
+        };
+        // What does not get out at once, on its own side, is not told by the density.
+        if (direction.z > 0.0) != (is_mirrored != self.ray.is_below) {
+            return None;
+        }
+        Some(self.frame.world(direction).normalized())
+    }
+
+    #[inline(always)]
+    fn drawn(&self, direction: Vec3) -> Drawn {
+        let Some((h, density, is_mirrored)) = self.towards_by_middle(direction) else { return Drawn::default() };
+        let target = density * self.share(h, is_mirrored);
+        // What is mirrored or refracted there gets out by chance.
+        let escape = self.ray.escape(&self.spread, self.frame.local(direction), is_mirrored);
+        if escape > 0.0 { Drawn { density: target / escape, target } } else { Drawn::default() }
     }
 
     #[inline(always)]
@@ -155,20 +236,40 @@ impl Facets<'_> {
         let (h, density, is_mirrored) = self.towards(direction)?;
         tracer.copy_slot(onward, slot);
         tracer.rotate_stokes_frame_to(simd, onward, h);
-        let cos_theta = (-onward.direction.dot(h)).clamp(0.0, 1.0) as f32;
-        for block in 0..tracer.blocks {
-            let response = self.stack.response(simd, self.ray.is_below, block, cos_theta);
-            let matrix = if is_mirrored { &response.reflect } else { &response.transmit };
-            let mut out = matrix.carry(&tracer.beam(simd, onward, block));
-            if let (false, Some(weights)) = (is_mirrored, self.thinned) {
-                out = scaled(&out, weights[block].load(simd));
+        if !is_mirrored && self.parted.is_some() {
+            let local = self.frame.local(direction);
+            let factor = self.ray.escape_beyond(&self.spread, local) / density;
+            self.refract_by_node(simd, tracer, onward, local, factor as f32);
+        } else {
+            let cos_theta = (-onward.direction.dot(h)).clamp(0.0, 1.0) as f32;
+            for block in 0..tracer.blocks {
+                let response = self.stack.response(simd, self.ray.is_below, block, cos_theta);
+                let matrix = if is_mirrored { &response.reflect } else { &response.transmit };
+                let out = matrix.carry(&tracer.beam(simd, onward, block));
+                tracer.store_beam(onward, block, &out);
             }
-            tracer.store_beam(onward, block, &out);
         }
         onward.direction = direction;
         onward.is_unpolarized = false;
         onward.medium = self.media[usize::from(direction.dot(self.facing) < 0.0)];
         Some(density)
+    }
+
+    /// Makes of what a path carries what goes through the facets into a direction of the surface's frame, each node by its own facet
+    /// and density, times a factor; gives the luminance.
+    #[inline(always)]
+    fn refract_by_node<S: Simd>(&self, simd: S, tracer: &mut Tracer<'_>, path: &Path, local: Vec3, factor: f32) -> f32 {
+        let mut luminance = f32x16::splat(simd, 0.0);
+        let Some(sequence) = self.stack.sequence(self.ray.is_below) else { return 0.0 };
+        for block in 0..tracer.blocks {
+            let [densities, cosines] =
+                self.densities(block, local).map(|lanes| iridesce_numerics::lanes::Lanes(lanes).load(simd));
+            let response = sequence.response_by_node(simd, block, cosines);
+            let out = scaled(&response.transmit.carry(&tracer.beam(simd, path, block)), densities * factor);
+            tracer.store_beam(path, block, &out);
+            luminance = tracer.spectra.importance[block].load(simd).mul_add(out.s + out.p, luminance);
+        }
+        luminance.reduce_sum()
     }
 }
 
@@ -199,15 +300,9 @@ impl<'a> Tracer<'a> {
         let media = [&spectra.media[usize::from(medium.innermost())], &spectra.media[usize::from(sides.exit)]];
         let RoughPlace { facets: spread, frame, facing } = rough.at(&self.scene.geometry, &hit, path.direction);
         let bands = &spectra.bands;
-        let (mut band, mut thinned) = (path.band, None);
-        let mut weights = std::mem::take(&mut self.thinned);
-        if !coating.is_opaque && band.is_none() && is_parted(bands, std::f64::consts::FRAC_1_SQRT_2, media) {
-            let chosen = bands.choose(choices.pair());
-            bands.weigh(chosen, &mut weights);
-            band = Some(chosen);
-            thinned = Some(&weights[..]);
-        }
-        let place = band.unwrap_or(bands.middle);
+        let is_parted =
+            !coating.is_opaque && path.band.is_none() && is_parted(bands, std::f64::consts::FRAC_1_SQRT_2, media);
+        let place = path.band.unwrap_or(bands.middle);
         let mut facets = Facets {
             ray: Wanderer::new(frame.local(path.direction)),
             spread,
@@ -222,11 +317,11 @@ impl<'a> Tracer<'a> {
             ratio: (!coating.is_opaque).then(|| ratio(media, place)),
             media: [medium, sides.beyond],
             is_dark: [self.is_dark(medium), self.is_dark(sides.beyond)],
-            thinned,
+            parted: is_parted.then_some((media, &bands.chances[..])),
         };
-        let found = self.walk(simd, path, &mut facets, band, sums, choices);
+        let found = self.walk(simd, path, &mut facets, sums, choices);
         let side = usize::from(facets.ray.is_below);
-        (self.thicknesses, self.thinned) = (thicknesses, weights);
+        self.thicknesses = thicknesses;
         let Some((luminance, density)) = found else { return false };
         path.medium = [medium, sides.beyond][side];
         let scattered = (density > 0.0).then_some(Scattered { origin: hit.point, density });
@@ -241,7 +336,6 @@ impl<'a> Tracer<'a> {
         simd: S,
         path: &mut Path,
         facets: &mut Facets<'_>,
-        band: Option<f64>,
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) -> Option<(f32, f64)> {
@@ -264,6 +358,7 @@ impl<'a> Tracer<'a> {
             path.is_unpolarized = false;
             let cos = (-path.direction.dot(h)).clamp(0.0, 1.0);
             let [mirrored_y, passed_y, passed] = self.split_at_facet(simd, path, facets, cos as f32, spare);
+            let is_parted = facets.parted.is_some();
             let ratio = facets.ratio().filter(|_| passed > 0.0);
             let chance = match ratio {
                 Some(_) => (mirrored_y / (mirrored_y + passed_y)).clamp(LEAST_CHANCE, 1.0 - LEAST_CHANCE),
@@ -272,21 +367,35 @@ impl<'a> Tracer<'a> {
             // NaN where there is no luminance at all.
             let chance = if chance.is_nan() { 0.5 } else { chance };
             let before = *facets;
-            if let Some(ratio) = ratio
+            if let Some(middle) = ratio
                 && choices.next() >= chance
             {
-                luminance = self.take_passed(simd, path, spare, facets.thinned.take(), 1.0 / (1.0 - chance), sums);
-                path.band = band;
+                let node = is_parted.then(|| self.spectra.bands.choose_node(choices.next().into()));
+                let ratio = node.map_or(middle, |node| facets.ratio_at(node));
                 let cosine2 = 1.0 - ratio * ratio * (1.0 - cos * cos);
-                if cosine2 <= 0.0 {
-                    // A little may pass at other nodes than the one that tells the direction: it finds the mean light.
-                    self.add_mean_of(simd, path, sums);
-                    break;
+                let direction = facets.ray.direction * ratio + local * (ratio * cos - cosine2.max(0.0).sqrt());
+                let direction = direction.normalized();
+                let factor = 1.0 / (1.0 - chance);
+                if is_parted {
+                    let mixed = facets.mixed_density(direction);
+                    if cosine2 <= 0.0 || mixed <= 0.0 {
+                        // Other wavelengths go where this one cannot.
+                        break;
+                    }
+                    luminance = facets.refract_by_node(simd, self, path, direction, factor / mixed as f32);
+                } else {
+                    luminance = self.take_other(simd, path, spare, factor);
+                    if cosine2 <= 0.0 {
+                        // A little may pass at other nodes than the one that tells the direction: it finds the mean light.
+                        self.add_mean_of(simd, path, sums);
+                        break;
+                    }
                 }
-                let direction = facets.ray.direction * ratio + local * (ratio * cos - cosine2.sqrt());
-                facets.ray = facets.ray.passed(direction.normalized());
+                facets.ray = facets.ray.passed(direction);
             } else {
-                if chance < 1.0 {
+                if is_parted {
+                    self.take_other(simd, path, spare, 1.0 / chance);
+                } else if chance < 1.0 {
                     self.scale(simd, path, 1.0 / chance);
                 }
                 luminance = mirrored_y / chance;
@@ -316,8 +425,8 @@ impl<'a> Tracer<'a> {
         );
     }
 
-    /// What a facet mirrors stays in the path's slot, what it passes goes to another: the luminances of both, and whether
-    /// anything passes.
+    /// What a facet mirrors stays in the path's slot, what it passes goes to another; where the wavelengths part the path's slot stays
+    /// as it is, and what is mirrored goes to the other. Gives the luminances of both, and whether anything passes.
     #[inline(always)]
     fn split_at_facet<S: Simd>(
         &mut self,
@@ -325,18 +434,22 @@ impl<'a> Tracer<'a> {
         path: &Path,
         facets: &Facets<'_>,
         cos_theta: f32,
-        passed: usize,
+        other: usize,
     ) -> [f32; 3] {
         let zero = f32x16::splat(simd, 0.0);
         let [mut mirrored_y, mut passed_y, mut any] = [zero; 3];
-        let through = Path { slot: passed, ..*path };
+        let beside = Path { slot: other, ..*path };
         let Some(sequence) = facets.stack.sequence(facets.ray.is_below) else { return [0.0; 3] };
         for block in 0..self.blocks {
             let response = sequence.response(simd, block, cos_theta);
             let before = self.beam(simd, path, block);
             let (back, on) = (response.reflect.carry(&before), response.transmit.carry(&before));
-            self.store_beam(path, block, &back);
-            self.store_beam(&through, block, &on);
+            if facets.parted.is_some() {
+                self.store_beam(&beside, block, &back);
+            } else {
+                self.store_beam(path, block, &back);
+                self.store_beam(&beside, block, &on);
+            }
             let weight = self.spectra.importance[block].load(simd);
             mirrored_y = weight.mul_add(back.s + back.p, mirrored_y);
             passed_y = weight.mul_add(on.s + on.p, passed_y);
@@ -345,32 +458,16 @@ impl<'a> Tracer<'a> {
         [mirrored_y.reduce_sum(), passed_y.reduce_sum(), any.reduce_sum()]
     }
 
-    /// Goes on with what has passed a facet, or with one band of it; gives the luminance.
+    /// Goes on with what stands in another slot, times a factor; gives the luminance.
     #[inline(always)]
-    fn take_passed<S: Simd>(
-        &mut self,
-        simd: S,
-        path: &Path,
-        passed: usize,
-        thinned: Option<&[Lanes]>,
-        factor: f32,
-        sums: &mut Sums<S>,
-    ) -> f32 {
+    fn take_other<S: Simd>(&mut self, simd: S, path: &Path, other: usize, factor: f32) -> f32 {
         let mut luminance = f32x16::splat(simd, 0.0);
-        let mut xyz = sums.0;
-        let through = Path { slot: passed, ..*path };
+        let beside = Path { slot: other, ..*path };
         for block in 0..self.blocks {
-            let mut on = scaled(&self.beam(simd, &through, block), f32x16::splat(simd, factor));
-            if let Some(weights) = thinned {
-                // What the other bands are expected to find is added for certain, whatever this one finds.
-                let all = on.s + on.p;
-                on = scaled(&on, weights[block].load(simd));
-                xyz = self.add_mean(simd, block, all - (on.s + on.p), xyz);
-            }
+            let on = scaled(&self.beam(simd, &beside, block), f32x16::splat(simd, factor));
             self.store_beam(path, block, &on);
             luminance = self.spectra.importance[block].load(simd).mul_add(on.s + on.p, luminance);
         }
-        sums.0 = xyz;
         luminance.reduce_sum()
     }
 

@@ -141,7 +141,7 @@ impl<'a> Tracer<'a> {
             ratio: None,
             media: [path.medium; 2],
             is_dark: [self.is_dark(path.medium), true],
-            thinned: None,
+            parted: None,
         })
     }
 

@@ -1,8 +1,9 @@
-//! Which branches go on: Russian roulette with the mean light as a control variate.
+//! Which branches go on: Russian roulette with a control variate.
 //!
 //! All branches that matter go on, the others survive with a probability and are weighted by its inverse. The control
-//! variate: what the branch would find if its surroundings had their mean radiance is added for certain, and only the
-//! difference from that is left to chance. Pictures that end where tiles have settled share the branches below [`SPARSE`]
+//! variate: what the branch finds at least, the light that comes from every direction alike where nothing of the scene absorbs, is
+//! added for certain, and only the rest is left to chance, so that no pixel is ever darker than black. (The mean light in its place makes
+//! less noise in a bright surrounding, and pixels of -7 times the mean where a branch of much light is left to chance.) Pictures that end where tiles have settled share the branches below [`SPARSE`]
 //! among the samples of a pixel before that, in turn and not by chance.
 
 use fearless_simd::Simd;
@@ -116,8 +117,8 @@ impl Tracer<'_> {
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) -> bool {
-        self.add_mean_light(simd, &mirrored, 1.0, sums);
-        self.add_mean_light(simd, path, 1.0, sums);
+        self.add_least_light(simd, &mirrored, 1.0, sums);
+        self.add_least_light(simd, path, 1.0, sums);
         let sum = mirrored_y + passed_y;
         let share = if sum > 0.0 { (mirrored_y / sum).clamp(0.0, 1.0) } else { 0.5 };
         let probability = if choices.next() < share {
@@ -129,7 +130,7 @@ impl Tracer<'_> {
             1.0 - share
         };
         self.scale(simd, path, 1.0 / probability);
-        self.add_mean_light(simd, path, -1.0, sums);
+        self.add_least_light(simd, path, -1.0, sums);
         self.survives(simd, path, sum, sums, choices)
     }
 
@@ -166,24 +167,42 @@ impl Tracer<'_> {
             self.scale(simd, path, GROUP as f32);
             self.add_mean_light(simd, path, -1.0, sums);
         }
-        if luminance >= path.floor {
+        // (What carries nothing at all could otherwise wander among surfaces that take nothing away for ever: its floor is nothing, too.)
+        if luminance >= path.floor && luminance > 0.0 {
             return true;
         }
         // A branch without luminance (or, by rounding, below zero) may still carry colour: the odds have a least value.
         let odds = (luminance / path.floor).max(1e-3);
-        self.add_mean_light(simd, path, 1.0, sums);
+        self.add_least_light(simd, path, 1.0, sums);
         let survives = choices.next() < odds;
         if survives {
             self.scale(simd, path, 1.0 / odds);
-            self.add_mean_light(simd, path, -1.0, sums);
+            self.add_least_light(simd, path, -1.0, sums);
         }
         survives
+    }
+
+    /// Adds what a path finds at least.
+    #[inline(always)]
+    fn add_least_light<S: Simd>(&mut self, simd: S, path: &Path, factor: f32, sums: &mut Sums<S>) {
+        if self.scene.is_clear {
+            // Of the maps a scattered branch has a share alone.
+            let is_shared = path.since == Since::Scattering && self.spectra.lights.sampler.is_some();
+            let rgb = if is_shared { [0.0; 3] } else { self.spectra.lights.least_rgb };
+            self.add_light_around(simd, path, factor, rgb, sums);
+        }
     }
 
     /// Adds what a path is expected to find: the lights' mean radiance, or what a diffuse surface makes of it.
     #[inline(always)]
     fn add_mean_light<S: Simd>(&mut self, simd: S, path: &Path, factor: f32, sums: &mut Sums<S>) {
         let factor = factor * self.scene.expected_shares[path.hit.object];
+        self.add_light_around(simd, path, factor, self.spectra.lights.mean_rgb, sums);
+    }
+
+    /// Adds what a path would find if all maps had one radiance everywhere.
+    #[inline(always)]
+    fn add_light_around<S: Simd>(&mut self, simd: S, path: &Path, factor: f32, rgb: [f32; 3], sums: &mut Sums<S>) {
         if path.since == Since::Camera && matches!(self.scene.materials.get(path.hit.object), Some(Material::Film(_))) {
             // What it is expected to find is the backdrop, which is left out.
             for block in 0..self.blocks {
@@ -197,7 +216,7 @@ impl Tracer<'_> {
         for block in 0..self.blocks {
             let s = self.arena[self.at(path.slot, 0, block)].load(simd);
             let p = self.arena[self.at(path.slot, 1, block)].load(simd);
-            xyz = self.add_mean(simd, block, (s + p) * factor, xyz);
+            xyz = self.add_around(simd, block, (s + p) * factor, rgb, xyz);
         }
         sums.0 = xyz;
     }

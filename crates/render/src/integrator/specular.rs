@@ -30,6 +30,8 @@ pub(super) struct Sides {
 pub(super) enum Expected {
     /// This share of the mean light.
     Mean(f32),
+    /// What they find at least.
+    Least,
     /// What the middle of the spectrum finds.
     Middle(Target),
 }
@@ -151,6 +153,8 @@ impl<'a> Tracer<'a> {
         self.make_room(simd, if middle.is_some() { 3 } else { 2 });
         let expected = match middle {
             Some((found, along)) => Expected::Middle(self.target(found, path.slot, along, None)),
+            // What is not followed at all is to be estimated, what is left to chance must not make the rest less than nothing.
+            None if self.scene.is_clear && refracted.direction.is_some() => Expected::Least,
             None => Expected::Mean(expected),
         };
         let passed_direction = refracted.direction.unwrap_or(direction);
@@ -451,6 +455,7 @@ impl<'a> Tracer<'a> {
                 let rest = before - (out.s + out.p);
                 xyz = match expected {
                     Expected::Mean(share) => self.add_mean(simd, block, rest * share, xyz),
+                    Expected::Least => self.add_around(simd, block, rest, self.spectra.lights.least_rgb, xyz),
                     Expected::Middle(found) => simd.vectorize(
                         #[inline(always)]
                         || self.splat(simd, found, block, rest, zero, xyz),

@@ -58,12 +58,13 @@ struct MapBlock {
 pub struct EnvironmentLight {
     maps: Arc<Vec<(MapLookup, f32)>>,
     mean_rgb: [f32; 3],
-    /// The density by which diffuse surfaces sample the maps.
+    least_rgb: [f32; 3],
+    /// The density by which diffuse and rough surfaces sample the maps.
     sampler: Option<Arc<MapSampler>>,
 }
 
 impl EnvironmentLight {
-    /// `is_sampled`: diffuse surfaces will sample the maps.
+    /// `is_sampled`: diffuse or rough surfaces will sample the maps.
     pub fn new(environments: &[ResolvedEnvironment], is_sampled: bool) -> EnvironmentLight {
         let mut maps = Vec::new();
         for environment in environments {
@@ -71,14 +72,17 @@ impl EnvironmentLight {
                 maps.push((MapLookup::new(map.clone(), environment.rotation_deg), environment.radiance as f32));
             }
         }
-        let mut mean_rgb = [0.0; 3];
+        let [mut mean_rgb, mut least_rgb] = [[0.0; 3]; 2];
         for (lookup, factor) in &maps {
             for (sum, mean) in mean_rgb.iter_mut().zip(lookup.mean_rgb()) {
                 *sum += factor * mean;
             }
+            for (sum, least) in least_rgb.iter_mut().zip(lookup.least_rgb()) {
+                *sum += factor * least;
+            }
         }
         let sampler = (is_sampled && !maps.is_empty()).then(|| Arc::new(MapSampler::new(&maps)));
-        EnvironmentLight { maps: Arc::new(maps), mean_rgb, sampler }
+        EnvironmentLight { maps: Arc::new(maps), mean_rgb, least_rgb, sampler }
     }
 }
 
@@ -150,6 +154,8 @@ pub struct Lights {
     whole: f32,
     /// Mean of all maps over the sphere.
     pub mean_rgb: [f32; 3],
+    /// What of all maps is there in every direction.
+    pub least_rgb: [f32; 3],
     pub sampler: Option<Arc<MapSampler>>,
     /// XYZ of a map's bare red, green and blue.
     rgb_to_xyz: [[f64; 3]; 3],
@@ -265,6 +271,7 @@ impl Lights {
             whole: 1.0,
             maps: around.maps.clone(),
             mean_rgb: around.mean_rgb,
+            least_rgb: around.least_rgb,
             sampler: around.sampler.clone(),
             map_blocks: in_blocks(map_weights)
                 .into_iter()
