@@ -60,8 +60,9 @@ CALLS = {
     "ThicknessMap.load png": ("", "ir.thickness.ThicknessMap.load(folder + '/map.png', 0.0, 900.0)"),
     "ThicknessMap.load exr": ("", "ir.thickness.ThicknessMap.load(folder + '/map.exr')"),
     "environment hdr": (
-        "scene = ir.Scene.load('soap-bubble').to_dict(); scene['light'] = [{'environment': {'map': folder + '/sky.hdr'}}]",
-        "ir.Scene.load(scene, allow_outside=True)",
+        "scene = ir.Scene.load('soap-bubble').to_dict(); scene['light'] = [{'environment': {'map': folder + '/sky.hdr'}}]\n"
+        "scene = ir.Scene.load(scene, allow_outside=True)",
+        "scene.resolve()",
     ),
 }
 # Last words of the calls that read large files.
