@@ -221,6 +221,12 @@ impl Carry {
         Ways { down: &down[row * columns..(row + 1) * columns], across: &across[row * columns..(row + 1) * columns] }
     }
 
+    /// Another velocity to be carried along the last trace.
+    pub fn take(&mut self, grid: &Grid, down: &[f64], across: &[f64]) {
+        self.down.fill(grid, Kind::Down, down);
+        self.across.fill(grid, Kind::Across, across);
+    }
+
     /// Carries the velocity of the last trace along itself.
     pub fn velocity(&self, grid: &Grid, down: &mut [f64], across: &mut [f64]) {
         let n = grid.columns;

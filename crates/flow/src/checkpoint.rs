@@ -4,11 +4,11 @@
 
 use crate::error::FlowError;
 use crate::events::{Clock, Spot};
-use crate::film::{Books, Film, State};
+use crate::film::{Books, Film, Memory, State};
 use crate::grid::{Grid, Shape};
 use crate::parameters::Parameters;
 
-const MARK: &[u8; 8] = b"irflow3\n";
+const MARK: &[u8; 8] = b"irflow4\n";
 /// Longest run, s: a lifetime.
 const MOST_SECONDS: f64 = 1e9;
 /// Most events of a kind: more than any run of that length has.
@@ -54,6 +54,13 @@ impl Film {
         }
         for field in [&state.h, &state.s, &state.down, &state.across, &state.q] {
             field.iter().for_each(|value| out.extend_from_slice(&value.to_le_bytes()));
+        }
+        whole(&mut out, u64::from(state.memory.is_some()));
+        if let Some(memory) = &state.memory {
+            whole(&mut out, memory.dt.to_bits());
+            for (_, field) in memory.fields() {
+                field.iter().for_each(|value| out.extend_from_slice(&value.to_le_bytes()));
+            }
         }
         let check = fnv(&out);
         whole(&mut out, check);
@@ -131,6 +138,18 @@ fn read_state(reader: &mut Reader<'_>, parameters: &Parameters) -> Option<State>
     let down = reader.field(cells + grid.columns)?;
     let (across, q) = (reader.field(cells)?, reader.field(cells)?);
     let ruptured_s = (!ruptured.is_nan()).then_some(ruptured);
+    let memory = match reader.whole()? {
+        0 => None,
+        1 => Some(Memory {
+            dt: reader.number()?,
+            down: reader.field(cells + grid.columns)?,
+            across: reader.field(cells)?,
+            push_down: reader.field(cells + grid.columns)?,
+            push_across: reader.field(cells)?,
+            push_s: reader.field(cells)?,
+        }),
+        _ => return None,
+    };
     Some(State {
         h,
         s,
@@ -147,6 +166,7 @@ fn read_state(reader: &mut Reader<'_>, parameters: &Parameters) -> Option<State>
         patches,
         spots,
         ruptured_s,
+        memory,
     })
 }
 
@@ -212,6 +232,9 @@ fn impossible(state: &State, parameters: &Parameters) -> Option<String> {
             }
         }
     }
+    if let Some(memory) = state.memory.as_ref().filter(|memory| !(memory.dt > 0.0 && memory.dt.is_finite())) {
+        return told("the length of its last step, in s,", memory.dt, "a finite number > 0 is possible");
+    }
     let fields = [
         ("thickness", &state.h),
         ("surfactant", &state.s),
@@ -219,7 +242,7 @@ fn impossible(state: &State, parameters: &Parameters) -> Option<String> {
         ("velocity across", &state.across),
         ("tension", &state.q),
     ];
-    for (name, values) in fields {
+    for (name, values) in fields.into_iter().chain(state.memory.iter().flat_map(Memory::fields)) {
         if let Some(at) = values.iter().position(|value| !value.is_finite()) {
             return told(&format!("the {name} of cell {at}"), values[at], "a finite number is possible");
         }
@@ -283,7 +306,7 @@ mod tests {
     /// A checkpoint of a small film whose numbers are changed, with its sum made right again.
     fn changed(change: impl FnOnce(&mut State)) -> Result<Film, FlowError> {
         let mut parameters = Parameters::preset("late").unwrap().with_columns(64);
-        parameters.regeneration = 0.0;
+        (parameters.regeneration, parameters.time_order) = (0.0, 2.0);
         let mut film = Film::new(parameters.clone()).unwrap();
         film.advance_to(0.01).unwrap();
         let mut state = film.state().clone();
@@ -315,6 +338,8 @@ mod tests {
         refused(&|state| state.spot_clock.number = u64::MAX, "number of its black spots");
         refused(&|state| state.q[3] = f64::NAN, "tension of cell 3");
         refused(&|state| state.down[0] = f64::INFINITY, "velocity down");
+        refused(&|state| state.memory.as_mut().unwrap().dt = 0.0, "length of its last step");
+        refused(&|state| state.memory.as_mut().unwrap().push_s[5] = f64::NAN, "strain of the surfactant of cell 5");
         let spot = Spot { place: [0.0, 0.0, 1.0], radius: 1e-3, from: 0.0, ratio: 0.0 };
         assert!(changed(|state| state.spots.push(spot)).is_ok());
         for bad in [

@@ -64,18 +64,25 @@ impl Film {
             push.map(|v| v * share)
         });
         let n = grid.columns;
-        for (to, add) in self.state.down.iter_mut().zip(&down).chain(self.state.across.iter_mut().zip(&across)) {
-            *to += add;
-        }
-        // Nothing passes a wall.
-        if !grid.closes() {
-            self.state.across.iter_mut().skip(n - 1).step_by(n).for_each(|u| *u = 0.0);
-        }
-        if grid.top == Edge::Wall {
-            self.state.down[..n].fill(0.0);
-        }
-        if grid.bottom == Edge::Wall {
-            self.state.down[grid.rows * n..].fill(0.0);
+        let blown = |to_down: &mut [f64], to_across: &mut [f64]| {
+            for (to, add) in to_down.iter_mut().zip(&down).chain(to_across.iter_mut().zip(&across)) {
+                *to += add;
+            }
+            // Nothing passes a wall.
+            if !grid.closes() {
+                to_across.iter_mut().skip(n - 1).step_by(n).for_each(|u| *u = 0.0);
+            }
+            if grid.top == Edge::Wall {
+                to_down[..n].fill(0.0);
+            }
+            if grid.bottom == Edge::Wall {
+                to_down[grid.rows * n..].fill(0.0);
+            }
+        };
+        blown(&mut self.state.down, &mut self.state.across);
+        if let Some(memory) = &mut self.state.memory {
+            // As if it had always blown: a step goes on as the velocity changes, and a jump is no change.
+            blown(&mut memory.down, &mut memory.across);
         }
         Ok(())
     }

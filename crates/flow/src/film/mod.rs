@@ -20,11 +20,14 @@ mod air;
 mod black;
 mod forces;
 mod live;
+mod memory;
 mod rows;
 mod sources;
 mod state;
 
 use air::{air, eddies, wind};
+pub(crate) use memory::Memory;
+use memory::Second;
 use rows::none;
 pub use sources::drain_inside;
 pub use state::{Books, State, Summary};
@@ -141,6 +144,7 @@ impl Film {
             patches: Vec::new(),
             spots: Vec::new(),
             ruptured_s: None,
+            memory: None,
         };
         Film::from_state(parameters, state)
     }
@@ -299,6 +303,9 @@ impl Film {
         let (time, step) = (self.state.time_s, self.state.step + 1);
         let mut watch = Stopwatch::new(self.clock);
         fill_poles(&self.grid, &mut self.state.down);
+        let mut second = (self.parameters.time_order == 2.0).then(|| Second::begin(&mut self.state, dt));
+        // How long the forces at its end act.
+        let part = second.as_ref().map_or(dt, |second| second.part);
 
         // Where it flows, liquid goes with it.
         self.transport(step, dt)?;
@@ -307,20 +314,25 @@ impl Film {
         watch.lap(&mut self.spent[1]);
 
         // Velocity and surfactant are carried, pushed, and held together by the tension.
-        let drag = self.carry(dt);
+        let drag = self.carry(dt, second.as_mut());
         watch.lap(&mut self.spent[2]);
         let air = air(&self.wind, &self.eddies, &self.parameters, time + dt);
-        forces::push(&self.grid, &self.parameters, &mut self.state, &drag, &air, [time, dt], &mut self.tension);
-        let mut right_side = forces::gathered(&self.grid, &self.state, self.parameters.elasticity.is_finite(), dt);
+        let when = if part < dt { time + dt - part / 2.0 } else { time };
+        forces::push(&self.grid, &self.parameters, &mut self.state, &drag, &air, [when, part], &mut self.tension);
+        let mut right_side = forces::gathered(&self.grid, &self.state, self.parameters.elasticity.is_finite(), part);
         watch.lap(&mut self.spent[3]);
-        self.solve_tension(step, dt, &mut right_side)?;
+        self.solve_tension(step, part, &mut right_side)?;
         watch.lap(&mut self.spent[4]);
         forces::pulled(&self.grid, &mut self.state, &self.tension);
-        let spread = forces::viscous_spread(&self.grid, &self.parameters, &self.state.h, dt);
+        let spread = forces::viscous_spread(&self.grid, &self.parameters, &self.state.h, part);
         watch.lap(&mut self.spent[3]);
         self.viscosity.step(&self.grid, &mut self.state.down, &mut self.state.across, &spread);
         watch.lap(&mut self.spent[5]);
-        self.strain(dt);
+        self.strain(part);
+        self.state.memory = second.map(|second| second.end(&self.state, dt));
+        if self.parameters.elasticity.is_finite() {
+            self.exchange(dt);
+        }
 
         self.state.step = step;
         self.check(step)?;
@@ -364,9 +376,12 @@ impl Film {
     }
 
     /// Velocity and surfactant, carried along; the drag of the air before that, kg/(m2 s).
-    fn carry(&mut self, dt: f64) -> Vec<f64> {
+    fn carry(&mut self, dt: f64, second: Option<&mut Second>) -> Vec<f64> {
         let Film { parameters: p, grid, state, carry, .. } = self;
         carry.trace(grid, &state.down, &state.across, dt);
+        if let Some(second) = second {
+            return second.carry(grid, p, state, carry);
+        }
         let drag = forces::drag(grid, p, &state.down, &state.across);
         carry.velocity(grid, &mut state.down, &mut state.across);
         if p.elasticity.is_finite() {
@@ -388,13 +403,12 @@ impl Film {
         }
     }
 
-    /// The surfactant follows the tension, diffuses, and comes and goes.
-    fn strain(&mut self, dt: f64) {
+    /// The surfactant follows the tension of forces that acted so long, s.
+    fn strain(&mut self, part: f64) {
         let Film { parameters: p, state, .. } = self;
         if p.elasticity.is_finite() {
-            let scale = 1.0 / (dt * p.elasticity);
+            let scale = 1.0 / (part * p.elasticity);
             state.s.par_iter_mut().with_min_len(4096).zip(&state.q).for_each(|(s, q)| *s = q * scale);
-            self.exchange(dt);
         }
     }
 

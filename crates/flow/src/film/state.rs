@@ -1,5 +1,6 @@
 //! All that changes in time.
 
+use super::memory::Memory;
 use crate::events::{Clock, Spot};
 
 /// Where liquid went, m3. Together with the film's own volume it stays what it was at the start.
@@ -76,4 +77,6 @@ pub struct State {
     pub(crate) spots: Vec<Spot>,
     /// When the film burst, s.
     pub ruptured_s: Option<f64>,
+    /// What the last step leaves to the next, for steps of second order.
+    pub(crate) memory: Option<Memory>,
 }

@@ -63,6 +63,9 @@ impl Parameters {
                 return wrong(key, rule.into(), &value);
             }
         }
+        if self.time_order != 1.0 && self.time_order != 2.0 {
+            return wrong("time_order", "1 or 2".into(), &self.time_order);
+        }
         if let Shape::Sphere { rim_deg, .. } = self.shape
             && !(20.0..=160.0).contains(&rim_deg)
             && rim_deg != 180.0

@@ -89,6 +89,8 @@ macro_rules! numbers {
 numbers! {
     /// Longest time step, s.
     step_s: "step_s" * 1.0, Positive, 5e-3;
+    /// Order of a step in time: 1 or 2.
+    time_order: "time_order" * 1.0, Positive, 1.0;
     /// Mean thickness at the start, m.
     thickness_m: "thickness_nm" * 1e9, Positive, 450e-9;
     /// Standard deviation of the thickness at the start, as a share of its mean.
