@@ -285,10 +285,20 @@ def load_thickness_map(
 # --- inverse
 
 def inverse_evidence(
-    wavelength_nm: _F64, values: _F64, sd: _F64, spectra: _F64, length_nm: list[float], nuisance: _F64
+    wavelength_nm: _F64,
+    values: _F64,
+    sd: _F64,
+    spectra: _F64,
+    smooth: list[tuple[float, float, float]],
+    nuisance: _F64,
 ) -> _F64: ...
 def inverse_explain(
-    wavelength_nm: _F64, values: _F64, sd: _F64, spectrum: _F64, length_nm: list[float], nuisance: _F64
+    wavelength_nm: _F64,
+    values: _F64,
+    sd: _F64,
+    spectrum: _F64,
+    smooth: list[tuple[float, float, float]],
+    nuisance: _F64,
 ) -> tuple[_F64, _F64]: ...
 def picture_noise(pixels: _F32, width: int, mask: npt.NDArray[np.bool_] | None) -> _F64: ...
 def picture_exposures(
@@ -300,7 +310,7 @@ def picture_exposures(
     exposed: list[float],
     threads: int | None,
     progress: Callable[..., object] | None,
-) -> _F64: ...
+) -> list[_F64]: ...
 def picture_agreement(
     pixels: _F32,
     table_of: npt.NDArray[np.uint8] | None,
@@ -426,6 +436,7 @@ def picture_fault(bytes: bytes, width: int, height: int) -> str | None: ...
 def read_photograph(
     path: _Path, channel: str | None, page: int | None
 ) -> tuple[_F32, npt.NDArray[np.bool_], _Report]: ...
+def photograph_size(path: _Path) -> tuple[int, int] | None: ...
 def read_environment(path: _Path, layer: str | None) -> tuple[_F32, _Report]: ...
 def harmless(message: str) -> str: ...
 

@@ -48,7 +48,7 @@ pub use journal::{Journal, Record};
 pub use lamp::{MAX_LAMP_BYTES, read_lamp};
 pub use limits::check_size;
 pub use mesh::{MAX_MESH_BYTES, MAX_TRIANGLES, Mesh, MeshFormat, OpenEdge, decode_mesh};
-pub use photograph::{MAX_PHOTOGRAPH_BYTES, Photograph, read_photograph};
+pub use photograph::{MAX_PHOTOGRAPH_BYTES, Photograph, photograph_size, read_photograph};
 pub use png::{BitDepth, Packing, png_bytes, write_png};
 pub use report::{ReadReport, Taken};
 pub use space::OutputSpace;

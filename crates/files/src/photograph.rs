@@ -4,6 +4,7 @@
 //! OpenEXR, Radiance HDR and NPY are linear as they stand. Orientation is obeyed everywhere.
 
 mod jpeg;
+mod size;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -17,6 +18,8 @@ use crate::input::gathered;
 use crate::limits::room;
 use crate::orient::upright;
 use crate::report::ReadReport;
+
+pub use size::photograph_size;
 
 /// Largest file of a photograph, bytes.
 pub const MAX_PHOTOGRAPH_BYTES: u64 = 4 << 30;

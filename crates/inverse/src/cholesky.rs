@@ -3,28 +3,56 @@
 /// The lower factor of a symmetric positive definite matrix given by its lower triangle, row after row of `size`.
 ///
 /// Matrices here are 1 + B^T B: their eigenvalues are at least 1, so a pivot below half of that is rounding and is held there.
+#[inline(always)]
 pub(crate) fn factor(matrix: &mut [f64], size: usize) {
     for row in 0..size {
-        for column in 0..=row {
-            let (above, below) = matrix.split_at(row * size);
-            let dot: f64 = if column < row {
-                below[..column].iter().zip(&above[column * size..column * size + column]).map(|(a, b)| a * b).sum()
-            } else {
-                below[..row].iter().map(|a| a * a).sum()
-            };
-            let value = matrix[row * size + column] - dot;
-            matrix[row * size + column] =
-                if column < row { value / matrix[column * size + column] } else { value.max(0.5).sqrt() };
+        let (above, below) = matrix.split_at_mut(row * size);
+        let line = &mut below[..=row];
+        for column in 0..row {
+            let other = &above[column * size..=column * size + column];
+            line[column] = (line[column] - dot(&line[..column], &other[..column])) / other[column];
         }
+        line[row] = (line[row] - dot(&line[..row], &line[..row])).max(0.5).sqrt();
     }
 }
 
+/// Numbers that are summed side by side.
+const LANES: usize = 8;
+
+/// a . b, in an order that does not depend on the processor.
+#[inline(always)]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let [sum] = dots(&[a], b);
+    sum
+}
+
+/// Products of several vectors with one, side by side.
+#[inline(always)]
+pub(crate) fn dots<const N: usize, V: AsRef<[f64]>>(of: &[V; N], with: &[f64]) -> [f64; N] {
+    let (eights, rest) = with.as_chunks::<LANES>();
+    let of = of.each_ref().map(|one| one.as_ref()[..with.len()].as_chunks::<LANES>());
+    let mut lanes = [[0.0; LANES]; N];
+    for (k, eight) in eights.iter().enumerate() {
+        for n in 0..N {
+            let own = &of[n].0[k];
+            for lane in 0..LANES {
+                lanes[n][lane] += own[lane] * eight[lane];
+            }
+        }
+    }
+    std::array::from_fn(|n| {
+        let [p, q, r, s, t, u, v, w] = lanes[n];
+        let rest: f64 = of[n].1.iter().zip(rest).map(|(a, b)| a * b).sum();
+        ((p + t) + (r + v)) + ((q + u) + (s + w)) + rest
+    })
+}
+
 /// Solves C z = b in place.
+#[inline(always)]
 pub(crate) fn forward(factor: &[f64], size: usize, right: &mut [f64]) {
     for row in 0..size {
-        let line = &factor[row * size..row * size + row];
-        let dot: f64 = line.iter().zip(&right[..row]).map(|(a, b)| a * b).sum();
-        right[row] = (right[row] - dot) / factor[row * size + row];
+        let known = dot(&factor[row * size..row * size + row], &right[..row]);
+        right[row] = (right[row] - known) / factor[row * size + row];
     }
 }
 

@@ -17,10 +17,11 @@
 //!
 //! The term sum log C_jj is what a chi-square lacks: explanations of different freedom stand on one scale.
 
-use iridesce_numerics::Watch;
+use fearless_simd::dispatch;
+use iridesce_numerics::{Watch, simd};
 use rayon::prelude::*;
 
-use crate::cholesky::{backward, factor, forward};
+use crate::cholesky::{backward, dots, factor, forward};
 use crate::{InverseError, SmoothCurves};
 
 /// A measured curve.
@@ -66,34 +67,29 @@ struct Products {
     sides: [Vec<f64>; 2],
 }
 
+#[inline(always)]
 fn products(curves: &SmoothCurves, spectrum: &[f64], of: Measured<'_>) -> Products {
-    let q = curves.columns;
+    let q = curves.columns();
     let mut squares = [vec![0.0; q * q], vec![0.0; q * q], vec![0.0; q * q]];
     let mut sides = [vec![0.0; q], vec![0.0; q]];
-    for (i, row) in curves.rows.chunks_exact(q).enumerate() {
-        let weight = 1.0 / (of.sd[i] * of.sd[i]);
-        let r = spectrum[i];
-        let weights = [weight * r * r, weight * r, weight];
-        for (square, w) in squares.iter_mut().zip(weights) {
-            for (a, &value) in row.iter().enumerate() {
-                let scaled = w * value;
-                for (sum, &other) in square[a * q..a * q + a + 1].iter_mut().zip(row) {
-                    *sum += scaled * other;
-                }
+    // W R^2 u, W R u, W u of one column u.
+    let mut weighted = [vec![0.0; spectrum.len()], vec![0.0; spectrum.len()], vec![0.0; spectrum.len()]];
+    for a in 0..q {
+        let [film, mixed, stray] = &mut weighted;
+        for (i, value) in curves.column(a).iter().enumerate() {
+            stray[i] = value / (of.sd[i] * of.sd[i]);
+            mixed[i] = stray[i] * spectrum[i];
+            film[i] = mixed[i] * spectrum[i];
+        }
+        for b in 0..=a {
+            let sums = dots(&weighted, curves.column(b));
+            for (square, sum) in squares.iter_mut().zip(sums) {
+                square[a * q + b] = sum;
+                square[b * q + a] = sum;
             }
         }
-        let (first, second) = (weight * r * of.values[i], weight * of.values[i]);
-        for (a, &value) in row.iter().enumerate() {
-            sides[0][a] += first * value;
-            sides[1][a] += second * value;
-        }
-    }
-    for square in &mut squares {
-        for a in 0..q {
-            for b in 0..a {
-                square[b * q + a] = square[a * q + b];
-            }
-        }
+        let [_, first, second] = dots(&weighted, of.values);
+        (sides[0][a], sides[1][a]) = (first, second);
     }
     Products { squares, sides }
 }
@@ -107,6 +103,7 @@ struct System {
     columns: Vec<(f64, bool, usize)>,
 }
 
+#[inline(always)]
 fn system(products: &Products, q: usize, of: &Nuisance) -> System {
     let used = if of.bend > 0.0 { q } else { 1 };
     let mut columns = Vec::with_capacity(2 * used);
@@ -147,6 +144,7 @@ fn system(products: &Products, q: usize, of: &Nuisance) -> System {
     System { size, matrix, right, columns }
 }
 
+#[inline(always)]
 fn log_evidence(products: &Products, q: usize, of: &Nuisance, square: f64, log_sd: f64, count: usize) -> f64 {
     let mut system = system(products, q, of);
     factor(&mut system.matrix, system.size);
@@ -161,6 +159,28 @@ fn log_evidence(products: &Products, q: usize, of: &Nuisance, square: f64, log_s
         - log_sd
         - count * of.kappa.ln()
         - 0.5 * count * (2.0 * std::f64::consts::PI).ln()
+}
+
+/// One spectrum under all nuisances.
+#[inline(always)]
+fn row(
+    of: Measured<'_>,
+    spectrum: &[f64],
+    curves: &[SmoothCurves],
+    nuisances: &[Nuisance],
+    (square, log_sd): (f64, f64),
+    out: &mut [f64],
+) {
+    let mut made: Vec<Option<Products>> = (0..curves.len()).map(|_| None).collect();
+    for (value, nuisance) in out.iter_mut().zip(nuisances) {
+        let curve = &curves[nuisance.curves];
+        // (A closure would be compiled for any processor.)
+        if made[nuisance.curves].is_none() {
+            made[nuisance.curves] = Some(products(curve, spectrum, of));
+        }
+        let products = made[nuisance.curves].as_ref().expect("made above");
+        *value = log_evidence(products, curve.columns(), nuisance, square, log_sd, of.values.len());
+    }
 }
 
 fn check(
@@ -180,8 +200,8 @@ fn check(
     if let Some(one) = of.sd.iter().find(|sd| !(**sd > 0.0 && sd.is_finite())) {
         return refuse(format!("sd must be > 0 and finite, got {one}"));
     }
-    if let Some(one) = curves.iter().find(|one| one.rows.len() != count * one.columns) {
-        return refuse(format!("curves of {} channels for {count}", one.rows.len() / one.columns));
+    if let Some(one) = curves.iter().find(|one| one.channels() != count) {
+        return refuse(format!("curves of {} channels for {count}", one.channels()));
     }
     let good = |n: &Nuisance| {
         n.curves < curves.len()
@@ -210,16 +230,12 @@ pub fn log_evidences(
     let count = of.values.len();
     let square: f64 = of.values.iter().zip(of.sd).map(|(y, s)| (y / s) * (y / s)).sum();
     let log_sd: f64 = of.sd.iter().map(|s| s.ln()).sum();
+    let level = simd::level_or_best();
     let mut out = vec![0.0; spectra.len() / count * nuisances.len()];
     out.par_chunks_exact_mut(nuisances.len().max(1)).zip(spectra.par_chunks_exact(count)).try_for_each(
         |(out, spectrum)| {
             watch.check()?;
-            let mut made: Vec<Option<Products>> = (0..curves.len()).map(|_| None).collect();
-            for (value, nuisance) in out.iter_mut().zip(nuisances) {
-                let curve = &curves[nuisance.curves];
-                let products = made[nuisance.curves].get_or_insert_with(|| products(curve, spectrum, of));
-                *value = log_evidence(products, curve.columns, nuisance, square, log_sd, count);
-            }
+            dispatch!(level, _simd => row(of, spectrum, curves, nuisances, (square, log_sd), out));
             watch.add(1);
             Ok::<(), InverseError>(())
         },
@@ -236,19 +252,15 @@ pub fn explain(
 ) -> Result<Explained, InverseError> {
     check(of, spectrum.len(), curves, std::slice::from_ref(nuisance))?;
     let curve = &curves[nuisance.curves];
-    let q = curve.columns;
+    let q = curve.columns();
     let mut system = system(&products(curve, spectrum, of), q, nuisance);
     factor(&mut system.matrix, system.size);
     forward(&system.matrix, system.size, &mut system.right);
     backward(&system.matrix, system.size, &mut system.right);
-    let (mut response, mut stray) = (Vec::new(), Vec::new());
-    for row in curve.rows.chunks_exact(q) {
-        let sum = |wanted: bool| -> f64 {
-            let parts = system.columns.iter().zip(&system.right).filter(|((_, is_stray, _), _)| *is_stray == wanted);
-            parts.map(|((scale, _, a), theta)| scale * row[*a] * theta).sum()
-        };
-        response.push(nuisance.gain + sum(false));
-        stray.push(sum(true));
+    let (mut response, mut stray) = (vec![nuisance.gain; of.values.len()], vec![0.0; of.values.len()]);
+    for (&(scale, is_stray, a), theta) in system.columns.iter().zip(&system.right) {
+        let sum = if is_stray { &mut stray } else { &mut response };
+        sum.iter_mut().zip(curve.column(a)).for_each(|(sum, value)| *sum += scale * theta * value);
     }
     Ok(Explained { response, stray })
 }

@@ -21,6 +21,13 @@ const STARTS: [(f32, f32); 9] =
 const DARKEST: f32 = 0.02;
 /// Errors, in units of their size, from step to step.
 const COOLING: [f32; 8] = [30.0, 10.0, 4.0, 2.0, 1.0, 1.0, 1.0, 1.0];
+/// Pixels by which the ends of all starts are found, and steps by which all pixels then correct these.
+const FEW: usize = 512;
+const FINISH: usize = 3;
+/// Ends by few pixels that cost so much more than the best one, for a misfit of 1, are no rivals of it.
+const FAR: f64 = 100.0;
+/// Ends that differ by less, of their light, are one.
+const SAME: f32 = 0.002;
 /// A pixel costs no more than this above the median: it may show something else.
 const OUTLYING: f32 = 12.0;
 /// A pixel's thickness is free within so much, nm: as far as a film's channels are straight lines.
@@ -73,6 +80,12 @@ impl Sample<'_> {
         self.pixels.len() / 3
     }
 
+    /// Every so manieth pixel, and its table.
+    fn every(&self, step: usize) -> (Vec<f32>, Option<Vec<u8>>) {
+        let pixels = self.pixels.chunks_exact(3).step_by(step).flatten().copied().collect();
+        (pixels, self.table_of.map(|of| of.iter().step_by(step).copied().collect()))
+    }
+
     fn pixel(&self, i: usize) -> [f32; 3] {
         std::array::from_fn(|c| self.pixels[3 * i + c])
     }
@@ -119,16 +132,52 @@ pub fn exposures(
     let dark: [f32; 3] = std::array::from_fn(|c| darkest(sample, c));
     let film_light = seen - f64::from(dark.iter().sum::<f32>()) / 3.0;
     let dark_level = (film_light / film).max(f64::from(level) * 0.05) as f32;
-    let mut found = STARTS
-        .par_iter()
-        .map(|&(hazy, times)| {
+    let start = |&(hazy, times): &(f32, f32)| {
+        let gain = times * if hazy > 0.0 { dark_level } else { level };
+        Exposure { gain, haze: dark.map(|h| h * hazy), ..*of }
+    };
+    let from = |sample: &Sample<'_>, starts: &[Exposure], cooling: &[f32]| {
+        let each = |start: &Exposure| {
             watch.check()?;
-            let gain = times * if hazy > 0.0 { dark_level } else { level };
-            from_start(films, sample, Exposure { gain, haze: dark.map(|h| h * hazy), ..*of }, level)
-        })
-        .collect::<Result<Vec<_>, InverseError>>()?;
+            from_start(films, sample, *start, level, cooling)
+        };
+        starts.par_iter().map(each).collect::<Result<Vec<_>, InverseError>>()
+    };
+    let starts: Vec<Exposure> = STARTS.iter().map(start).collect();
+    let thinning = sample.count() / FEW;
+    let mut found = if thinning < 2 {
+        from(sample, &starts, &COOLING)?
+    } else {
+        // Few pixels tell which starts end where; those ends that can be the best are sought to the end by all pixels.
+        let (pixels, table_of) = sample.every(thinning);
+        let few = Sample { pixels: &pixels, table_of: table_of.as_deref() };
+        let rough = from(&few, &starts, &COOLING)?;
+        let ends = ends(&rough, thinning as f64);
+        let last = &COOLING[COOLING.len() - FINISH..];
+        from(sample, &ends.iter().map(|end| end.exposure).collect::<Vec<_>>(), last)?
+    };
     found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     Ok(found)
+}
+
+/// Of exposures found by one pixel in `thinning` those that all pixels could prefer, each once, best first.
+fn ends(rough: &[Fitted], thinning: f64) -> Vec<Fitted> {
+    let mut sorted: Vec<&Fitted> = rough.iter().collect();
+    sorted.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let best = sorted[0];
+    let far = FAR * best.misfit.clamp(1.0, 10.0).powi(2) / thinning.sqrt();
+    let mut kept: Vec<Fitted> = Vec::new();
+    for one in sorted {
+        let near = |other: &Fitted| {
+            let (a, b) = (&one.exposure, &other.exposure);
+            let size = SAME * (b.gain + b.haze.iter().copied().fold(0.0, f32::max));
+            (a.gain - b.gain).abs() < size && a.haze.iter().zip(b.haze).all(|(a, b)| (a - b).abs() < size)
+        };
+        if one.cost - best.cost < far && !kept.iter().any(near) {
+            kept.push(*one);
+        }
+    }
+    kept
 }
 
 /// The light of a channel that a [`DARKEST`] share of the pixels stays below; not below zero.
@@ -142,9 +191,15 @@ fn darkest(sample: &Sample<'_>, channel: usize) -> f32 {
     values.select_nth_unstable_by(at, f32::total_cmp).1.max(0.0)
 }
 
-fn from_start(films: &Films<'_>, sample: &Sample<'_>, start: Exposure, level: f32) -> Result<Fitted, InverseError> {
+fn from_start(
+    films: &Films<'_>,
+    sample: &Sample<'_>,
+    start: Exposure,
+    level: f32,
+    cooling: &[f32],
+) -> Result<Fitted, InverseError> {
     let mut at = start;
-    for kappa in COOLING {
+    for &kappa in cooling {
         let hot = Exposure {
             noise: at.noise.map(|one| one.map(|n| n * kappa * kappa)),
             unknown: at.unknown * kappa.min(4.0),

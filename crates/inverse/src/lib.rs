@@ -26,4 +26,4 @@ pub use neighbours::{Neighbourhood, neighbourhood, noise};
 pub use photograph::{Map, Prior, Question, TOLD, map_thickness};
 pub use pixels::{Exposure, Photograph, PixelTable};
 pub use regions::Tie;
-pub use response::SmoothCurves;
+pub use response::{Fine, SmoothCurves};

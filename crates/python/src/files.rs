@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::error::{Error, Result};
-use crate::interrupt::{Long, beside};
+use crate::interrupt::{Long, beside, released};
 
 /// Format; role, name, unit and reason of what was taken; what was left out; notes.
 pub type PyReport = (String, Vec<(String, String, String, String)>, Vec<String>, Vec<String>);
@@ -77,6 +77,12 @@ fn read_photograph<'py>(
     Ok((rgb, photograph.clipped.into_pyarray(py).reshape(shape)?, plain(photograph.report)))
 }
 
+/// Columns and rows that a picture's header declares, None where only the whole file tells.
+#[pyfunction]
+fn photograph_size(py: Python<'_>, path: PathBuf) -> Option<(u64, u64)> {
+    released(py, || files::photograph_size(&path))
+}
+
 /// Linear Rec.709 (height, width, 3) of the environment map in a file, and the report.
 #[pyfunction]
 fn read_environment<'py>(
@@ -106,6 +112,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(read_spectrum, module)?)?;
     module.add_function(wrap_pyfunction!(picture_fault, module)?)?;
     module.add_function(wrap_pyfunction!(read_photograph, module)?)?;
+    module.add_function(wrap_pyfunction!(photograph_size, module)?)?;
     module.add_function(wrap_pyfunction!(read_environment, module)?)?;
     module.add_function(wrap_pyfunction!(harmless, module)?)
 }

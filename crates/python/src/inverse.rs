@@ -1,6 +1,6 @@
 //! Bindings of the inverse stage: flat arrays in, flat arrays out.
 
-use iridesce::inverse::{InverseError, Measured, Nuisance, SmoothCurves, explain, log_evidences};
+use iridesce::inverse::{Fine, InverseError, Measured, Nuisance, SmoothCurves, explain, log_evidences};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
@@ -27,8 +27,14 @@ fn nuisances(rows: &PyReadonlyArray2<'_, f64>) -> Result<Vec<Nuisance>> {
     Ok(made.collect())
 }
 
-fn curves(wavelength_nm: &[f64], length_nm: &[f64]) -> std::result::Result<Vec<SmoothCurves>, InverseError> {
-    length_nm.iter().map(|&length| SmoothCurves::new(wavelength_nm, length)).collect()
+/// Length of a curve, of the finer ones on it, and their share of the variance.
+type Curve = (f64, f64, f64);
+
+fn curves(wavelength_nm: &[f64], of: &[Curve]) -> std::result::Result<Vec<SmoothCurves>, InverseError> {
+    let made = |&(length, fine, share): &Curve| {
+        SmoothCurves::with_fine(wavelength_nm, length, Fine { length_nm: fine, share })
+    };
+    of.iter().map(made).collect()
 }
 
 /// Log evidence, (spectra, nuisances).
@@ -39,14 +45,14 @@ fn inverse_evidence<'py>(
     values: PyReadonlyArray1<'py, f64>,
     sd: PyReadonlyArray1<'py, f64>,
     spectra: PyReadonlyArray2<'py, f64>,
-    length_nm: Vec<f64>,
+    smooth: Vec<Curve>,
     nuisance: PyReadonlyArray2<'py, f64>,
 ) -> Result<Bound<'py, PyArray2<f64>>> {
     let (nm, values, sd, spectra) =
         (wavelength_nm.as_slice()?, values.as_slice()?, sd.as_slice()?, spectra.as_slice()?);
     let nuisances = nuisances(&nuisance)?;
     let found = beside(py, Long::default(), |watch| {
-        let curves = curves(nm, &length_nm)?;
+        let curves = curves(nm, &smooth)?;
         log_evidences(Measured { values, sd }, spectra, &curves, &nuisances, watch)
     })?;
     let rows = spectra.len() / values.len().max(1);
@@ -64,12 +70,12 @@ fn inverse_explain<'py>(
     values: PyReadonlyArray1<'py, f64>,
     sd: PyReadonlyArray1<'py, f64>,
     spectrum: PyReadonlyArray1<'py, f64>,
-    length_nm: Vec<f64>,
+    smooth: Vec<Curve>,
     nuisance: PyReadonlyArray2<'py, f64>,
 ) -> Result<Explained<'py>> {
     let of = Measured { values: values.as_slice()?, sd: sd.as_slice()? };
     let nuisances = nuisances(&nuisance)?;
-    let curves = curves(wavelength_nm.as_slice()?, &length_nm)?;
+    let curves = curves(wavelength_nm.as_slice()?, &smooth)?;
     let one = nuisances.first().ok_or_else(|| Error::value("no nuisance"))?;
     let spectrum = spectrum.as_slice()?;
     let found = released(py, || explain(of, spectrum, &curves, one))?;

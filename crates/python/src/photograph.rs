@@ -5,7 +5,7 @@ use iridesce::inverse::{
     map_thickness, neighbourhood, noise,
 };
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
+    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
     PyReadonlyArray4, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
@@ -78,7 +78,7 @@ fn picture_noise<'py>(
     Ok(found.as_flattened().to_vec().into_pyarray(py).reshape([3, 2])?)
 }
 
-/// For each camera and lamp and each start: gain, haze (3), cost, misfit, bias; (views, starts, 7), best first.
+/// For each camera and lamp the exposures that suit: gain, haze (3), cost, misfit, bias; a (found, 7) for each, best first.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "plain arrays of one picture")]
 fn picture_exposures<'py>(
@@ -91,7 +91,7 @@ fn picture_exposures<'py>(
     exposed: Vec<f32>,
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
-) -> Result<Bound<'py, PyArray3<f64>>> {
+) -> Result<Vec<Bound<'py, PyArray2<f64>>>> {
     let base = exposure(&exposed)?;
     let picture = Picture { pixels, width: 1, table_of, mask: None };
     let (views, angles, count) = (channels.shape()[0], channels.shape()[1], channels.shape()[3]);
@@ -101,19 +101,24 @@ fn picture_exposures<'py>(
     let all = channels.as_slice()?;
     let found = beside(py, Long { progress, threads }, |watch| {
         watch.begin("exposure", views as u64);
-        let mut rows = Vec::new();
+        let mut every = Vec::with_capacity(views);
         for channels in all.chunks_exact(angles * 3 * count) {
             let films = Films { first_nm, step_nm, channels, count };
+            let mut rows = Vec::new();
             for one in exposures(&films, &sample, &base, watch)? {
                 let [h0, h1, h2] = one.exposure.haze.map(f64::from);
                 rows.extend([f64::from(one.exposure.gain), h0, h1, h2, one.cost, one.misfit, one.bias]);
             }
+            every.push(rows);
             watch.add(1);
         }
-        Ok::<_, iridesce::inverse::InverseError>(rows)
+        Ok::<_, iridesce::inverse::InverseError>(every)
     })??;
-    let starts = found.len() / 7 / views.max(1);
-    Ok(found.into_pyarray(py).reshape([views, starts, 7])?)
+    let arrays = found.into_iter().map(|rows| {
+        let count = rows.len() / 7;
+        Ok(rows.into_pyarray(py).reshape([count, 7])?)
+    });
+    arrays.collect()
 }
 
 /// Of each pixel the share of its likelihood within `reach_nm` of a thickness, (pixels,).

@@ -11,7 +11,7 @@ import numpy as np
 from iridesce.arguments.operands import Floats
 from iridesce.inverse.candidates import WIDEST_LINE_NM, Search, model_of
 from iridesce.inverse.data import scatter, too_much, weights_of, without_lamp
-from iridesce.inverse.model import HarmonicModel, Model, Problem, describe, harmonics
+from iridesce.inverse.model import HarmonicModel, Model, Problem, by_index, describe, harmonics, uneven
 from iridesce.inverse.posterior import (
     PRIOR_FILM,
     PRIOR_NONE,
@@ -21,12 +21,14 @@ from iridesce.inverse.posterior import (
     Measured,
     climb,
     log_sum,
+    over_index,
     prior_density,
     temper,
+    together,
 )
-from iridesce.inverse.results import FitResult, Solution
+from iridesce.inverse.results import FitResult, Solution, apart, order_share
 from iridesce.inverse.search import round_trip_rate, starts
-from iridesce.inverse.solve import Data, Fitted, student
+from iridesce.inverse.solve import Data, Fitted, Solver, student
 from iridesce.optics.averages import FWHM
 
 # Explanations whose probability is below this share of the best one's are not listed.
@@ -180,13 +182,8 @@ class Analysis:
         step = max(
             1, min(of.wavelength_nm.size // 150, int(finest / 6.0 / float(np.median(np.diff(of.wavelength_nm)))))
         )
-        size = of.wavelength_nm.size // step * step
-        nm, values, sd = (
-            one[:size].reshape(-1, step).mean(axis=1)
-            for one in (of.wavelength_nm, of.measured, of.sd / math.sqrt(step))
-        )
-        engine = Engine(Measured(nm, values, sd, of.mean), self.light)
-        model = model_of(self.problem, nm)
+        engine = Engine(of.averaged(step), self.light)
+        model = model_of(self.problem, nm := engine.of.wavelength_nm)
         if isinstance(model, HarmonicModel):
             spectra = model.many(grid, lines[0] ** 2)
         else:
@@ -246,25 +243,47 @@ class Analysis:
         if not self.single:
             return self._laplace(engine, one, probability, tolerance)
         start = one.fitted.parameters
-
-        def row(thickness_nm: float) -> Floats:
-            return self.model.value(np.array([thickness_nm, *start[1:]]))
-
         rate = float(round_trip_rate(self.problem, self.data.wavelength_nm, 0).max())
-        peak = climb(engine, row, float(start[0]), 0.02 / rate, (float(self.bounds[0, 0]), float(self.bounds[0, 1])))
-        low, high = peak.quantiles(probability)
-        wide = student(probability, 1e6) * tolerance * peak.thickness_nm
-        interval = (
-            max(peak.thickness_nm - math.hypot(peak.thickness_nm - low, wide), 0.0),
-            peak.thickness_nm + math.hypot(high - peak.thickness_nm, wide),
-        )
-        sd = math.hypot(peak.sd_nm, tolerance * peak.thickness_nm)
+        bounds = (float(self.bounds[0, 0]), float(self.bounds[0, 1]))
+        models = [(self.model, start), *self._paled(one)]
+        rows = [lambda h, model=model, rest=at[1:]: model.value(np.array([h, *rest])) for model, at in models]
+        peaks = [
+            climb(engine, row, float(at[0]), 0.02 / rate, bounds) for row, (_, at) in zip(rows, models, strict=True)
+        ]
+        # Either is as likely beforehand.
+        log_priors = [self._log_prior_of_line(at) - math.log(len(models)) for _, at in models]
+        peak = together(peaks, log_priors)
+        model, start = models[int(np.argmax([p.log_mass + prior for p, prior in zip(peaks, log_priors, strict=True)]))]
+        low, high = (side - peak.thickness_nm for side in peak.quantiles(probability))
+
+        def off(thickness_nm: float, by: float) -> Floats:
+            same = thickness_nm * (1.0 + by)
+            spectrum = model.value(np.array([same, *start[1:]]))
+            # Fringes that are paled say nothing of the contrast.
+            return (
+                spectrum if start[-1] > 0.0 else spectrum + by * by_index(self.problem, self.data.wavelength_nm, same)
+            )
+
+        index = over_index(engine, off, peak, tolerance, bounds)
+        wide = student(probability, 1e6) * index.sd_nm
+        thickness = min(max(peak.thickness_nm + index.shift_nm, bounds[0]), bounds[1])
+        interval = (max(thickness - math.hypot(low, wide), 0.0), thickness + math.hypot(high, wide))
+        sd = math.hypot(peak.sd_nm, index.sd_nm)
         parameters = np.array([peak.thickness_nm, *start[1:]])
         return (
-            self._told(engine, parameters, peak.best, peak.thickness_nm, interval, sd, {}),
-            peak.log_mass + self._log_prior_of_line(parameters),
+            self._told(engine, model, parameters, peak.best, thickness, interval, sd, {}),
+            peak.log_mass + index.log_mass,
             peak.at_end,
         )
+
+    def _paled(self, one: _Found) -> list[tuple[Model, Floats]]:
+        """The same film with a thickness that is uneven over the spot instead of a line, where something pales its fringes."""
+        start = one.fitted.parameters
+        if self.line is not None or start[-1] <= 0.0 or not isinstance(self.model, HarmonicModel):
+            return []
+        model = HarmonicModel(uneven(self.model.of, self.data.wavelength_nm))
+        fitted = Solver(model, one.search.data, *one.search.limits()).solve(start, [0, 1])
+        return [(model, fitted.parameters)] if abs(fitted.parameters[0] - start[0]) < 3.0 else []
 
     def _laplace(
         self, engine: Engine, one: _Found, probability: float, tolerance: float
@@ -320,6 +339,7 @@ class Analysis:
         lone = self.unknown == 1
         told = self._told(
             engine,
+            self.model,
             fitted.parameters,
             best,
             thickness[0] if lone else tuple(thickness),
@@ -330,9 +350,17 @@ class Analysis:
         return told, mass, at_end
 
     def _told(
-        self, engine: Engine, parameters: Floats, row: Floats, thickness: Any, interval: Any, sd: Any, index: Any
+        self,
+        engine: Engine,
+        model: Model,
+        parameters: Floats,
+        row: Floats,
+        thickness: Any,
+        interval: Any,
+        sd: Any,
+        index: Any,
     ) -> Solution:
-        spectrum = self.model.value(parameters)
+        spectrum = model.value(parameters)
         response, stray = engine.explain(spectrum, row)
         fitted = response * spectrum + stray
         residual = self.data.measured - fitted
@@ -373,7 +401,7 @@ class Analysis:
                 )
             )
         none, other = engine.without_film(bare)
-        solved = _apart(sorted(solved, key=lambda one: -one[1]))
+        solved = apart(sorted(solved, key=lambda one: -one[1]))
         logs = np.array(
             [
                 math.log(PRIOR_NONE) + none,
@@ -434,10 +462,7 @@ class Analysis:
         middle = float(np.median(self.data.wavelength_nm))
         medium = self.problem.stack.layers[self.problem.unknown[0]].medium
         quarter = middle / (4.0 * max(float(np.real(medium.index(middle, extrapolate="hold"))), 1.0))
-        best = solutions[0].thickness_nm
-        # Below a quarter wave films differ in kind, not in order: a tenth of them is as near as "near" gets.
-        near = min(quarter, 0.25 * best + 3.0)
-        return sum(one.weight for one in solutions if abs(one.thickness_nm - best) <= near)
+        return order_share(solutions, quarter)
 
     def _remarks(self, solutions: tuple[Solution, ...], verdict: str) -> None:
         if verdict == "none":
@@ -473,20 +498,3 @@ class Analysis:
         spread = float(np.std(self.data.measured))
         if float(np.std(self.data.measured - best.fitted)) > 0.7 * spread:
             self.notes.append("the model explains less than half of what varies: doubt the stack or the data")
-
-
-def _apart(solved: list[tuple[Solution, float, bool]]) -> list[tuple[Solution, float, bool]]:
-    """Peaks that lie within the interval of a likelier one are that one, reached from another side."""
-    kept: list[tuple[Solution, float, bool]] = []
-    for one in solved:
-        if not any(_within(one[0], better[0]) for better in kept):
-            kept.append(one)
-    return kept
-
-
-def _within(one: Solution, other: Solution) -> bool:
-    if isinstance(other.thickness_nm, float):
-        near = other.interval_nm[0] <= one.thickness_nm <= other.interval_nm[1]
-    else:
-        near = all(low <= value <= high for value, (low, high) in zip(one.thickness_nm, other.interval_nm, strict=True))
-    return bool(near or np.abs(np.subtract(one.thickness_nm, other.thickness_nm)).max() < 3.0 * np.max(other.sd_nm))

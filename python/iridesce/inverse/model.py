@@ -207,6 +207,38 @@ class Harmonics(NamedTuple):
     rate_curve: Floats
 
 
+def uneven(of: Harmonics, wavelength_nm: Floats) -> Harmonics:
+    """The same film, its fringes paled by a thickness that differs over the spot: by a line that grows with the wavelength.
+
+    Phases m rate d spread by their own share, not by their slope: for a spread of s, relative, variance (s mean wavelength)^2.
+    """
+    still = np.zeros_like(of.rate)
+    return of._replace(c_slope=0.0 * of.c, rate_slope=of.rate / float(np.mean(wavelength_nm)), rate_curve=still)
+
+
+def by_index(problem: Problem, wavelength_nm: Floats, thickness_nm: float) -> Floats:
+    """How R or T of a film changes with its index n times h held: n dR/dn - h dR/dh, for a relative change of n."""
+    stack, place = problem.stack, problem.unknown[0]
+    layers = len(stack.layers)
+    held = [np.asarray(medium.index(wavelength_nm, extrapolate="hold")) for medium in stack.media]
+    indices = np.stack([np.broadcast_to(one, wavelength_nm.shape).astype(np.complex128) for one in held], axis=1)
+    thickness = np.array([float(layer.thickness_nm) for layer in stack.layers])
+    thickness[place] = thickness_nm
+    values, rows = np.empty((wavelength_nm.size, 1)), np.empty((wavelength_nm.size, 3 * layers + 3))
+    _core.stack_derivatives(
+        problem.quantity,
+        problem.polarization,
+        np.ascontiguousarray(indices),
+        np.ascontiguousarray(np.broadcast_to(thickness, (wavelength_nm.size, layers))),
+        [layer.coherent for layer in stack.layers],
+        wavelength_nm,
+        np.full(wavelength_nm.size, problem.angle_deg),
+        values,
+        rows,
+    )
+    return np.asarray(indices[:, place + 1].real * rows[:, layers + 1 + place] - thickness_nm * rows[:, place])
+
+
 # Wavelengths are moved by this much, nm, for changes with wavelength: about a line's width, so that the kinks of a table of
 # indices count as little as they do through a line.
 _MOVE_NM = 1.5

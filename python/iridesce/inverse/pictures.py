@@ -84,11 +84,7 @@ def _checked(values: Any, name: str) -> Pixels:
             "linear numbers of the shape (height, width, 3), a picture's file or an Image",
             Words(f"{type(values).__name__} of shape {array.shape} and type {array.dtype}"),
         )
-    if array.shape[0] * array.shape[1] > MOST_PIXELS:
-        raise ResourceError(
-            f"{name} has {array.shape[1]} x {array.shape[0]} pixels, at most {MOST_PIXELS} are mapped at once: crop it or "
-            "scale it down"
-        )
+    _check_size(array.shape[1], array.shape[0], name)
     if min(array.shape[:2]) < _LEAST_SIDE:
         raise refusal(
             name,
@@ -101,6 +97,24 @@ def _checked(values: Any, name: str) -> Pixels:
     if not np.isfinite(out).any():
         raise complaint(f"{name} holds no number at all", name, "a picture with numbers in it", Words("none"))
     return out
+
+
+def _check_size(width: int, height: int, name: str) -> None:
+    if width * height > MOST_PIXELS:
+        raise ResourceError(
+            f"{name} has {width} x {height} pixels, at most {MOST_PIXELS} are mapped at once: crop it or scale it down"
+        )
+
+
+def _npy_size(label: str) -> tuple[int, int] | None:
+    """Columns and rows that the header of an array declares; None where it is no picture."""
+    try:
+        if not Path(label).is_file():
+            return None
+        shape: tuple[int, ...] = np.load(label, mmap_mode="r", allow_pickle=False).shape
+    except (ValueError, EOFError, OSError):
+        return None
+    return (shape[1], shape[0]) if len(shape) == 3 else None
 
 
 def _piled_up(pixels: Pixels, usable: Mask, notes: list[str]) -> Floats:
@@ -132,6 +146,10 @@ def _from_file(label: str) -> Picture:
         )
     if ending in (".heic", ".heif", ".avif"):
         raise ValueError(f"{label}: it is HEIC or AVIF; convert it to a linear 16-bit TIFF, or to PNG")
+    # From its head: a picture that is too large would take seconds and gibibytes until it is known.
+    size = _npy_size(label) if ending == ".npy" else _core.photograph_size(Path(label))
+    if size is not None:
+        _check_size(*size, label)
     if ending == ".npy":
         content = read_whole(label, _MOST_BYTES, "no picture is")
         try:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -18,8 +18,13 @@ from iridesce import _core
 from iridesce.arguments.operands import Floats
 
 # How far along the wavelengths a lamp, a mirror or a detector keeps its size (nm), and by how much it changes.
-LENGTHS_NM = (20.0, 32.0, 50.0, 120.0)
+LENGTHS_NM = (20.0, 32.0, 50.0, 120.0, 120.0)
 BENDS = (0.05, 0.3)
+# A lamp is a wide bell with narrower bumps on it: (length, share of the variance) of what is finer on each of these curves. With
+# one length alone the wide ones won, bumps were left to the film, and errors were twice what the intervals said.
+_FINE = (20.0, 0.04)
+# A bell without any bumps is a lamp, too: the last of the lengths.
+_BARE = len(LENGTHS_NM) - 1
 # What is neither film nor lamp: curves finer than any lamp.
 _OTHER_LENGTHS_NM = (5.0, 10.0)
 _OTHER_BENDS = (0.1, 0.4)
@@ -30,7 +35,8 @@ _FREE_LEVEL = 0.3
 # An unknown gain is known to a factor of 3 from the size of the data: sd of its logarithm.
 _GAIN_SD = 0.5 * math.log(10.0)
 _GAIN_STEP = 10.0**0.25
-# A reference is as good as this: sd of its level, and of its course along the wavelengths.
+# A reference is as good as this: sd of its level, and of its course along the wavelengths, which is never quite even: taken
+# for even where that could not be excluded, intervals of thin films were too narrow by a half.
 _REFERENCED = 0.03
 # A gain that the user states as a number holds at every wavelength, with this probability; else it bends like a reference.
 _STATED = 0.95
@@ -62,6 +68,15 @@ class Measured:
     sd: Floats
     mean: float
     """Mean reflectance or transmittance of the stack over thickness and wavelength: what gains are measured by."""
+
+    def averaged(self, step: int) -> Measured:
+        """Means of so many neighbouring points."""
+        size = self.wavelength_nm.size // step * step
+        nm, values, sd = (
+            one[:size].reshape(-1, step).mean(axis=1)
+            for one in (self.wavelength_nm, self.measured, self.sd / math.sqrt(step))
+        )
+        return Measured(nm, values, sd, self.mean)
 
 
 @dataclass(frozen=True)
@@ -109,7 +124,12 @@ class Engine:
     def __init__(self, measured: Measured, light: Light) -> None:
         self.of, self.light = measured, light
         self.tempered = 1.0
-        self.lengths = [*LENGTHS_NM, *_OTHER_LENGTHS_NM]
+        # A reference has taken the lamp's bumps out: what is left of them is smooth.
+        smooth = light.gain is not None
+        self.lamps = range(_BARE if smooth else len(LENGTHS_NM))
+        shares = [0.0 if smooth or place == _BARE else _FINE[1] for place in range(len(LENGTHS_NM))]
+        self.curves = [(length, _FINE[0], share) for length, share in zip(LENGTHS_NM, shares, strict=True)]
+        self.curves += [(length, length, 0.0) for length in _OTHER_LENGTHS_NM]
         nm = measured.wavelength_nm
         # Curves whose length is below two channels are noise.
         self.fine = [length for length in _OTHER_LENGTHS_NM if length > 2.0 * float(np.median(np.diff(nm)))]
@@ -117,22 +137,22 @@ class Engine:
     def log_evidences(self, spectra: Floats, explanations: Explanations) -> Floats:
         """Tempered log of evidence times prior, (spectra, explanations)."""
         of = self.of
-        lengths, rows = self._needed(explanations.rows)
+        curves, rows = self._needed(explanations.rows)
         spectra = np.ascontiguousarray(np.atleast_2d(spectra))
-        found = _core.inverse_evidence(of.wavelength_nm, of.measured, of.sd, spectra, lengths, rows)
+        found = _core.inverse_evidence(of.wavelength_nm, of.measured, of.sd, spectra, curves, rows)
         return np.asarray(found / self.tempered + explanations.log_prior)
 
     def explain(self, spectrum: Floats, row: Floats) -> tuple[Floats, Floats]:
         """Response and stray light under one nuisance."""
         of = self.of
-        lengths, rows = self._needed(np.atleast_2d(row))
+        curves, rows = self._needed(np.atleast_2d(row))
         spectrum = np.ascontiguousarray(spectrum)
-        return _core.inverse_explain(of.wavelength_nm, of.measured, of.sd, spectrum, lengths, rows)
+        return _core.inverse_explain(of.wavelength_nm, of.measured, of.sd, spectrum, curves, rows)
 
-    def _needed(self, rows: Floats) -> tuple[list[float], Floats]:
-        """The lengths that these nuisances use, and the nuisances counting among them: curves cost time to make."""
+    def _needed(self, rows: Floats) -> tuple[list[tuple[float, float, float]], Floats]:
+        """The curves that these nuisances use, and the nuisances counting among them: curves cost time to make."""
         used, place = np.unique(rows[:, 0].astype(int), return_inverse=True)
-        return [self.lengths[one] for one in used], np.ascontiguousarray(
+        return [self.curves[one] for one in used], np.ascontiguousarray(
             np.column_stack([place.reshape(-1), rows[:, 1:]])
         )
 
@@ -140,8 +160,9 @@ class Engine:
         """What may lie between a film of this spectrum and the data."""
         gains = self._gains(spectrum)
         bends: list[tuple[int, float, float]] = []
-        shapes = [(place, bend) for place in range(len(LENGTHS_NM)) for bend in self._bends()]
-        even = 0.0 if self.light.bent else _STATED if self.light.gain is not None and self.light.exact else 0.5
+        shapes = [(place, bend) for place in self.lamps for bend in self._bends()]
+        known = self.light.gain is not None
+        even = 0.0 if self.light.bent or (known and not self.light.exact) else _STATED if known else 0.5
         if even > 0.0:
             bends.append((0, 0.0, even))
         bends += [(place, bend, (1.0 - even) / len(shapes)) for place, bend in shapes]
@@ -216,9 +237,7 @@ class Engine:
         none: list[tuple[float, ...]] = []
         for size in sizes:
             for bend in self._bends():
-                none += [
-                    (place, size, _FREE_LEVEL, bend, 0.0, kappa) for place in range(len(LENGTHS_NM)) for kappa in KAPPAS
-                ]
+                none += [(place, size, _FREE_LEVEL, bend, 0.0, kappa) for place in self.lamps for kappa in KAPPAS]
             none += [(0, size, _FREE_LEVEL, 0.0, 0.0, kappa) for kappa in KAPPAS]
         lamp = self.log_evidences(ones, _even(none))
         found = [log_sum(lamp[0])]
@@ -227,7 +246,7 @@ class Engine:
         other = []
         for size in (level / _GAIN_STEP, level, level * _GAIN_STEP):
             for length in self.fine:
-                place = self.lengths.index(length)
+                place = len(LENGTHS_NM) + _OTHER_LENGTHS_NM.index(length)
                 other += [(place, size, _FREE_LEVEL, bend, 0.0, kappa) for bend in _OTHER_BENDS for kappa in (1.0, 3.0)]
         rest = log_sum(self.log_evidences(ones, _even(other))[0]) if other else -math.inf
         return log_sum(np.array(found)) - math.log(len(found)), rest
@@ -276,6 +295,30 @@ class Peak:
 _NODES = np.linspace(-4.5, 4.5, 13)
 # Explanations that are so much less likely than the best are left out of the sums: a thousandth of a thousandth.
 _NEGLIGIBLE = 14.0
+
+
+def together(peaks: Sequence[Peak], log_priors: Sequence[float]) -> Peak:
+    """One peak that was reached under several models of what pales its fringes, each with its mass."""
+    masses = np.array([one.log_mass + prior for one, prior in zip(peaks, log_priors, strict=True)])
+    shares = np.exp(masses - log_sum(masses))
+    best = peaks[int(masses.argmax())]
+    used = [(one, share) for one, share in zip(peaks, shares, strict=True) if share > 1e-6]
+    low, high = min(one.grid_nm[0] for one, _ in used), max(one.grid_nm[-1] for one, _ in used)
+    grid = np.unique(np.concatenate([np.linspace(low, high, 257), *(one.grid_nm for one, _ in used)]))
+    density = np.zeros(grid.size)
+    for one, share in used:
+        density += share * np.interp(grid, one.grid_nm, one.density, left=0.0, right=0.0)
+    return replace(best, log_mass=log_sum(masses), grid_nm=grid, density=density / float(np.trapezoid(density, grid)))
+
+
+@dataclass(frozen=True)
+class Shifted:
+    """What an index that is not sure does to a peak, to first order of the thickness and second of the evidence."""
+
+    shift_nm: float
+    sd_nm: float
+    log_mass: float
+    """To be added to the peak's own."""
 
 
 def climb(
@@ -358,3 +401,28 @@ def _cubic(x: Floats, y: Floats, at: Floats) -> Floats:
     return np.asarray(
         a * (1 + 2 * t) * (1 - t) ** 2 + c * t * (1 - t) ** 2 + b * t * t * (3 - 2 * t) + d * t * t * (t - 1)
     )
+
+
+def over_index(
+    engine: Engine, off: Callable[[float, float], Floats], peak: Peak, tolerance: float, bounds: tuple[float, float]
+) -> Shifted:
+    """The index integrated out, from peaks at minus one, none and plus one standard deviation of it.
+
+    With L(u) = L0 + g u + c u^2 / 2 and the prior exp(-u^2 / 2): u ~ N(g / (1 - c), 1 / (1 - c)). Fringes show n h; a thin film
+    shows how large n is besides: 1 % of the index of soap is 5 % of a film of 20 nm.
+
+    off       the spectrum of a thickness whose index is off by a share
+    """
+    if tolerance <= 0.0:
+        return Shifted(0.0, 0.0, 0.0)
+    step = max(peak.sd_nm, 1e-6)
+    below, above = (
+        climb(engine, lambda h, by=by: off(h, by), peak.thickness_nm / (1.0 + by), step, bounds)  # type: ignore[misc]
+        for by in (-tolerance, tolerance)
+    )
+    pull = 0.5 * (above.log_mass - below.log_mass)
+    sharpness = max(1.0 - (above.log_mass + below.log_mass - 2.0 * peak.log_mass), 1.0)
+    mean = min(max(pull / sharpness, -3.0), 3.0)
+    slope = 0.5 * (above.thickness_nm - below.thickness_nm)
+    mass = 0.5 * pull * mean - 0.5 * math.log(sharpness)
+    return Shifted(slope * mean, abs(slope) / math.sqrt(sharpness), mass)

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, overload
 
+import numpy as np
+
 from iridesce.arguments.operands import Floats
 from iridesce.inverse.measurement import Measurement
 
@@ -223,3 +225,28 @@ def scaled(result: FitResult, scale: float) -> FitResult:
         for one in result
     )
     return replace(result, solutions=solutions, measured=result.measured * scale, noise=result.noise * scale)
+
+
+def order_share(solutions: Sequence[Solution], quarter_nm: float) -> float:
+    """Probability of all within a quarter of a wave of the best solution."""
+    best = solutions[0].thickness_nm
+    # Below a quarter wave films differ in kind, not in order: a tenth of them is as near as "near" gets.
+    near = min(quarter_nm, 0.25 * best + 3.0)
+    return sum(one.weight for one in solutions if abs(one.thickness_nm - best) <= near)
+
+
+def apart(solved: list[tuple[Solution, float, bool]]) -> list[tuple[Solution, float, bool]]:
+    """Peaks that lie within the interval of a likelier one are that one, reached from another side."""
+    kept: list[tuple[Solution, float, bool]] = []
+    for one in solved:
+        if not any(_within(one[0], better[0]) for better in kept):
+            kept.append(one)
+    return kept
+
+
+def _within(one: Solution, other: Solution) -> bool:
+    if isinstance(other.thickness_nm, float):
+        near = other.interval_nm[0] <= one.thickness_nm <= other.interval_nm[1]
+    else:
+        near = all(low <= value <= high for value, (low, high) in zip(one.thickness_nm, other.interval_nm, strict=True))
+    return bool(near or np.abs(np.subtract(one.thickness_nm, other.thickness_nm)).max() < 3.0 * np.max(other.sd_nm))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import sys
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,9 @@ import pytest
 import iridesce as ir
 from conftest import ROOT
 from iridesce.inverse import model as fit_model
+from iridesce.inverse.candidates import model_of
+from iridesce.inverse.model import read_problem
+from iridesce.inverse.posterior import Engine, Light, Measured, climb
 from iridesce.inverse.solve import student
 from iridesce.optics.averages import FWHM
 
@@ -497,15 +501,44 @@ def test_derivatives_of_the_models(text: str, index: str | None, parameters: lis
         )
 
 
-def test_a_thin_film_by_a_reference_that_drifted_is_not_a_thick_one_without_fringes() -> None:
-    """One spectrum of bench/fit_hard.py: 27 nm of oxide, the lamp changed by 2 % since the reference.
-
-    Under an even gain of 1 such a film is no minimum; 21 875 nm, its fringes lost in a line of 14 nm, were "clear".
-    """
+def hard() -> Any:
+    """bench/fit_hard.py."""
     spec = importlib.util.spec_from_file_location("fit_hard", ROOT / "bench" / "fit_hard.py")
     assert spec is not None and spec.loader is not None
     bench = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = bench  # its dataclasses ask for their module
     spec.loader.exec_module(bench)
-    _, verdict, _, _, _, truth, found, _ = bench.one(("known thin", "oxide", 102))
-    assert truth == pytest.approx(27.03, abs=0.01)
-    assert abs(found - truth) < 6.0 and verdict in ("clear", "ambiguous")
+    return bench
+
+
+def test_a_thin_film_by_a_reference_that_drifted_is_not_a_thick_one_without_fringes() -> None:
+    """37 nm of oxide, the lamp changed by 2 % since the reference, the index off by up to 1 %.
+
+    Under an even gain of 1 such a film is no minimum; thick films, their fringes lost in a line of 14 nm, were "clear".
+    """
+    row = hard().one(("known thin", "oxide", 41_001))
+    assert row.truth_nm == pytest.approx(36.9, abs=0.05)
+    assert abs(row.found_nm - row.truth_nm) < 6.0 and row.verdict in ("clear", "ambiguous")
+
+
+def test_intervals_under_an_unknown_lamp_are_as_wide_as_the_errors() -> None:
+    """60 films of 1.5 to 12 fringes under lamps with bumps: errors over standard deviations.
+
+    With lamps of one length at a time, no finer bumps on them, their root mean square is 1.23.
+    """
+    bench = hard()
+    errors = []
+    for seed in range(52_001, 52_021):
+        for name in bench.STACKS:
+            of = bench.spectrum("lamp", name, seed)
+            problem = read_problem(of.text, None, None, "reflectance", 0.0, "unpolarized")
+            model = model_of(problem, of.wavelength_nm)
+            second = of.counts[2:] - 2.0 * of.counts[1:-1] + of.counts[:-2]
+            sd = np.full(of.counts.size, np.std(second) / np.sqrt(6.0))
+            engine = Engine(Measured(of.wavelength_nm, of.counts, sd, 0.2), Light(None, True, False, True))
+            peak = climb(engine, lambda h, model=model: model.value(np.array([h, 0.0])), of.truth_nm, 0.3, (1.0, 5e4))
+            errors.append((peak.thickness_nm - of.truth_nm) / peak.sd_nm)
+    size = np.abs(np.array(errors))
+    assert 0.6 < np.sqrt(np.mean(size**2)) < 1.15
+    # 68 % within three standard deviations of a share of 60.
+    assert 0.5 < np.mean(size < 1.0) < 0.86

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -311,6 +312,37 @@ def test_bad_input_is_refused_in_words(image: Any, options: dict[str, Any], word
 def test_16k_by_16k_is_refused_before_memory_is_taken() -> None:
     with pytest.raises(ir.ResourceError, match="16384 x 16384 pixels"):
         mapped(np.broadcast_to(np.float32(0.1), (16384, 16384, 3)))
+
+
+def heads() -> dict[str, bytes]:
+    """The first bytes of pictures of 16384 x 16384 pixels, of which there is no more."""
+    side = 16384
+    entries = [(256, 4, 1, side), (257, 4, 1, side), (258, 3, 1, 16), (259, 3, 1, 1), (262, 3, 1, 1)]
+    entries += [(273, 4, 1, 8), (277, 3, 1, 1), (278, 4, 1, side), (279, 4, 1, 2 * side * side)]
+    directory = struct.pack("<H", len(entries)) + b"".join(struct.pack("<HHII", *one) for one in entries) + bytes(4)
+    npy = io.BytesIO()
+    np.lib.format.write_array_header_1_0(npy, {"descr": "<f4", "fortran_order": False, "shape": (side, side, 3)})
+    window = struct.pack("<4i", 0, 0, side - 1, side - 1)
+    return {
+        "x.tif": b"II*\0" + struct.pack("<I", 8) + directory,
+        "x.png": b"\x89PNG\r\n\x1a\n" + struct.pack(">I4sII", 13, b"IHDR", side, side),
+        "x.jpg": b"\xff\xd8\xff\xe0\0\x04ab\xff\xff\xc2\0\x11\x08" + struct.pack(">HH", side, side) + b"\x03",
+        "x.exr": b"\x76\x2f\x31\x01\x02\0\0\0compression\0compression\0\x01\0\0\0\x03"
+        + b"dataWindow\0box2i\0\x10\0\0\0"
+        + window,
+        "x.npy": npy.getvalue(),
+    }
+
+
+@pytest.mark.parametrize("name", list(heads()))
+def test_a_file_that_is_too_large_is_refused_from_its_head(name: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_bytes(heads()[name])
+    if name == "x.npy":  # numpy maps what is there: a file with a hole takes no room
+        with path.open("r+b") as file:
+            file.truncate(file.seek(0, 2) + 4 * 3 * 16384**2)
+    with pytest.raises(ir.ResourceError, match="16384 x 16384 pixels, at most 67108864"):
+        mapped(path)
 
 
 # --- the answer itself

@@ -32,6 +32,24 @@ fn pictures_of_every_space_and_depth_give_their_light() {
 }
 
 #[test]
+fn the_head_of_a_file_tells_its_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x");
+    write_png(&path, 2, 1, &[0.5; 6], BitDepth::Eight, Packing::Small, OutputSpace::Srgb, &[], &|| false).unwrap();
+    assert_eq!(photograph_size(&path), Some((2, 1)));
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut encoder = TiffEncoder::new(&mut bytes).unwrap();
+    encoder.write_image::<colortype::RGB16>(8, 7, &[9; 3 * 56]).unwrap();
+    std::fs::write(&path, bytes.get_ref()).unwrap();
+    assert_eq!(photograph_size(&path), Some((8, 7)));
+    for damaged in [&b"II*\0"[..], &[0xFF, 0xD8, 0xFF, 0xE0, 0, 0], &[0x76, 0x2F, 0x31, 1, 2, 0, 0, 0, 0, 0], b""] {
+        std::fs::write(&path, damaged).unwrap();
+        assert_eq!(photograph_size(&path), None);
+    }
+    assert_eq!(photograph_size(folder.path()), None);
+}
+
+#[test]
 fn tiff_of_16_bits_is_linear_and_ends_at_its_plateau() {
     let mut values = vec![1000_u16; 3 * 64];
     values[..60].fill(4095);
