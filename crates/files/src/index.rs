@@ -91,6 +91,9 @@ fn strict(rows: &Rows, label: &str) -> Result<(), String> {
     Ok(())
 }
 
+/// Tables that end before it without saying a unit are more likely in micrometres (up to 20 um) than of soft X-rays.
+const SHORTEST_NM: f64 = 20.0;
+
 /// Line, wavelength in nm, n and k of each row, and whether k was given.
 type IndexRows = (Vec<(usize, f64, f64, f64)>, bool);
 
@@ -105,6 +108,12 @@ fn table(rows: &Rows, label: &str, report: &mut ReadReport) -> Result<IndexRows,
         return Err(format!("{label}:{}: a wavelength must be > 0, got {value}", rows.lines[wrong]));
     }
     let nm = wavelengths(rows, axis, None, Some(fallback), report).map_err(in_file)?;
+    let longest = nm.iter().copied().fold(0.0, f64::max);
+    if longest < SHORTEST_NM && AxisUnit::said(&rows.names[axis.0]).map_err(in_file)?.is_none() {
+        return Err(in_file(format!(
+            "the wavelengths end at {longest} without a unit; name it in the header, as in \"um,n,k\" or \"nm,n,k\""
+        )));
+    }
     let others: Vec<usize> = (0..rows.names.len()).filter(|&place| place != axis.0).collect();
     let named = others.iter().any(|&place| !rows.names[place].is_empty());
     let mut parts: Vec<(Part, usize)> = Vec::new();

@@ -88,6 +88,8 @@ fn csv_hostile() {
         ("400,1e300", "m.csv:1: n must be >= 0"),
         ("-400,1.5", "m.csv:1: a wavelength must be > 0, got -400"),
         ("0,1.5", "m.csv:1: a wavelength must be > 0"),
+        ("0.4,1.5,0\n0.8,1.4,0\n", "the wavelengths end at 0.8 without a unit"),
+        ("wavelength,n\n0.4,1.5\n14,1.4\n", "the wavelengths end at 14 without a unit"),
         ("400,1.5\n500,1.4\n400,1.6", "m.csv:3: the wavelength 400 nm stands on line 1 too"),
         ("nm,n\nnm,n\n400,1.5", "m.csv:2: the column \"n n\" is neither n nor k"),
         ("f [THz],n\n0.4,1.5", "m.csv:1: the axis"),
