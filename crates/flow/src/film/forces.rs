@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::rows::{Pushed, drag_of, gathering, pull, push_row, sum};
 use super::state::State;
-use crate::grid::Grid;
+use crate::grid::{Edge, Grid};
 use crate::parameters::Parameters;
 use crate::tension::Tension;
 
@@ -128,4 +128,25 @@ pub fn viscous_spread(grid: &Grid, p: &Parameters, h: &[f64], dt: f64) -> Vec<f6
             dt * (p.viscosity * h + 2.0 * p.surface_viscosity) / (p.density * h + p.air_mass)
         })
         .collect()
+}
+
+/// At a pole the sides of cells have no length, but what flows over it is felt: the velocity of the nearest row.
+pub fn fill_poles(grid: &Grid, down: &mut [f64]) {
+    let n = grid.columns;
+    for (edge, pole, nearest) in [(grid.top, 0, 1), (grid.bottom, grid.rows, grid.rows - 1)] {
+        if edge == Edge::Wall {
+            down[pole * n..(pole + 1) * n].fill(0.0);
+            continue;
+        }
+        let (mut a, mut b) = (0.0, 0.0);
+        for j in 0..n {
+            let [sin, cos] = grid.azimuth[j];
+            a += down[nearest * n + j] * cos * 2.0 / n as f64;
+            b += down[nearest * n + j] * sin * 2.0 / n as f64;
+        }
+        for j in 0..n {
+            let [sin, cos] = grid.azimuth[j];
+            down[pole * n + j] = a * cos + b * sin;
+        }
+    }
 }

@@ -3,7 +3,8 @@
 
 use rayon::prelude::*;
 
-use super::{State, fill_poles, forces};
+use super::forces::{self, fill_poles};
+use super::state::{Memory, State};
 use crate::carry::Carry;
 use crate::grid::Grid;
 use crate::parameters::Parameters;
@@ -11,33 +12,6 @@ use crate::parameters::Parameters;
 /// By how much more than a half the forces at the end weigh, /s: waves of tension, far shorter than a step, would swing
 /// for ever with halves alone. It vanishes with the step, so that the order stays.
 const DAMPING: f64 = 5.0;
-
-/// What a step leaves to the next.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Memory {
-    /// Length of that step, s.
-    pub dt: f64,
-    /// Velocity before it, m/s.
-    pub down: Vec<f64>,
-    pub across: Vec<f64>,
-    /// What pushed at its end: velocity per second, m/s2, and strain of the surfactant per second.
-    pub push_down: Vec<f64>,
-    pub push_across: Vec<f64>,
-    pub push_s: Vec<f64>,
-}
-
-impl Memory {
-    /// Its fields with their names.
-    pub fn fields(&self) -> [(&'static str, &Vec<f64>); 5] {
-        [
-            ("velocity down before the last step", &self.down),
-            ("velocity across before the last step", &self.across),
-            ("push down", &self.push_down),
-            ("push across", &self.push_across),
-            ("strain of the surfactant", &self.push_s),
-        ]
-    }
-}
 
 /// A step of second order while it is made.
 pub struct Second {

@@ -26,10 +26,11 @@ mod sources;
 mod state;
 
 use air::{air, eddies, wind};
-pub(crate) use memory::Memory;
+pub use forces::fill_poles;
 use memory::Second;
 use rows::none;
 pub use sources::drain_inside;
+pub(crate) use state::Memory;
 pub use state::{Books, State, Summary};
 
 /// A film of liquid that flows. All numbers are f64 and do not depend on the number of threads.
@@ -473,25 +474,4 @@ fn surfactant(grid: &Grid, s: &[f64]) -> f64 {
     let rows: Vec<f64> =
         s.par_chunks_exact(grid.columns).with_min_len(8).map(|row| row.iter().map(|s| s.exp()).sum()).collect();
     rows.iter().zip(&grid.area).map(|(sum, area)| sum * area).sum()
-}
-
-/// At a pole the sides of cells have no length, but what flows over it is felt: the velocity of the nearest row.
-pub fn fill_poles(grid: &Grid, down: &mut [f64]) {
-    let n = grid.columns;
-    for (edge, pole, nearest) in [(grid.top, 0, 1), (grid.bottom, grid.rows, grid.rows - 1)] {
-        if edge == Edge::Wall {
-            down[pole * n..(pole + 1) * n].fill(0.0);
-            continue;
-        }
-        let (mut a, mut b) = (0.0, 0.0);
-        for j in 0..n {
-            let [sin, cos] = grid.azimuth[j];
-            a += down[nearest * n + j] * cos * 2.0 / n as f64;
-            b += down[nearest * n + j] * sin * 2.0 / n as f64;
-        }
-        for j in 0..n {
-            let [sin, cos] = grid.azimuth[j];
-            down[pole * n + j] = a * cos + b * sin;
-        }
-    }
 }

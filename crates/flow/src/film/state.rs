@@ -1,6 +1,5 @@
 //! All that changes in time.
 
-use super::memory::Memory;
 use crate::events::{Clock, Spot};
 
 /// Where liquid went, m3. Together with the film's own volume it stays what it was at the start.
@@ -79,4 +78,31 @@ pub struct State {
     pub ruptured_s: Option<f64>,
     /// What the last step leaves to the next, for steps of second order.
     pub(crate) memory: Option<Memory>,
+}
+
+/// What a step leaves to the next.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Memory {
+    /// Length of that step, s.
+    pub dt: f64,
+    /// Velocity before it, m/s.
+    pub down: Vec<f64>,
+    pub across: Vec<f64>,
+    /// What pushed at its end: velocity per second, m/s2, and strain of the surfactant per second.
+    pub push_down: Vec<f64>,
+    pub push_across: Vec<f64>,
+    pub push_s: Vec<f64>,
+}
+
+impl Memory {
+    /// Its fields with their names.
+    pub fn fields(&self) -> [(&'static str, &Vec<f64>); 5] {
+        [
+            ("velocity down before the last step", &self.down),
+            ("velocity across before the last step", &self.across),
+            ("push down", &self.push_down),
+            ("push across", &self.push_across),
+            ("strain of the surfactant", &self.push_s),
+        ]
+    }
 }

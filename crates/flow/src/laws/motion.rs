@@ -115,6 +115,25 @@ fn zonal(columns: usize, step_s: f64, time_order: f64) -> f64 {
     error.chain(state.down.iter().map(|v| v.abs())).fold(0.0, f64::max) / speed
 }
 
+/// What a step of second order leaves to the next goes through a checkpoint, breath and all, to the same bytes.
+#[test]
+fn films_of_second_order_go_on_from_checkpoints() {
+    let own = Parameters::preset("bubble-on-bath-small-preview").unwrap();
+    let parameters = Parameters { time_order: 2.0, step_s: 0.02, ..own };
+    let mut film = Film::new(parameters.clone()).unwrap();
+    film.advance_to(0.1).unwrap();
+    film.stir([10.0, 20.0], [0.1, 0.2], 8e-3).unwrap();
+    let mut other = Film::resume(parameters, &film.checkpoint()).unwrap();
+    assert_eq!(film.state(), other.state());
+    film.advance_to(0.2).unwrap();
+    other.advance_to(0.2).unwrap();
+    assert_eq!(film.state(), other.state());
+    for bad in [0.0, 1.5, 3.0] {
+        assert!(film.change("time_order", bad).is_err());
+        assert!(Film::new(Parameters { time_order: bad, ..film.parameters().clone() }).is_err());
+    }
+}
+
 /// Such a wave drifts at omega (1 - 2 / 30).
 #[test]
 fn a_rossby_haurwitz_wave_drifts() {
