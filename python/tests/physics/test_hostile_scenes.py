@@ -198,3 +198,21 @@ def test_nesting_has_an_end():
     shells = [sphere([0, 0, 0], 1.0 - 0.05 * i, dielectric(1.3 + 0.02 * i)) for i in range(12)]
     error = refused(shells, OUT, "7")
     assert error.key.startswith("object.")
+
+
+def test_a_path_that_carries_nothing_ends():
+    """A rough ball of glass in glass mirrors nothing: beyond `max_depth` what it mirrored went on among both for ever."""
+    glass = {"dielectric": {"medium": 1.5, "roughness": 0.5}}
+    tree = {
+        "version": 1,
+        "camera": {"position": [0.0, 0.5, 6.0], "fov_deg": 30.0, "resolution": [16, 16]},
+        "render": {"max_depth": 1, "samples": 4},
+        "object": [
+            {"name": "outer", "shape": {"sphere": {"radius": 1.0}}, "surface": glass},
+            {"name": "inner", "shape": {"sphere": {"center": [0.2, 0.1, 0.3], "radius": 0.5}}, "surface": glass},
+        ],
+        "light": [
+            {"spot": {"position": [1.0, 2.0, 2.0], "target": [0.0, 0.0, 0.0], "cone_deg": 40.0, "intensity": 3.0}}
+        ],
+    }
+    assert np.isfinite(ir.render(tree).xyz).all()
