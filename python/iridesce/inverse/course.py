@@ -31,6 +31,8 @@ _KNOWN = (0.03, 80.0)
 _LEARNT = (0.02, 80.0)
 # The lamp itself is learnt as finely as this.
 _LAMP = (0.3, 14.0)
+# and as truly: curves of 3e-5 of it are left out.
+_LEAST_OF_A_LAMP = 1e-8
 _LEVEL, _STRAY = 0.4, 0.3
 # Candidates within so many units of the logarithm, at most so many.
 _FAR, _MOST = 30.0, 8
@@ -120,13 +122,13 @@ class Course:
 
     # --- evidence
 
-    def _columns(self, bend: tuple[float, float]) -> Floats:
-        """1 and the smooth changes of the lamp, (wavelengths, columns), each of its own size."""
+    def _columns(self, bend: tuple[float, float], least: float = 1e-4) -> Floats:
+        """1 and the smooth changes of the lamp, (wavelengths, columns), each of its own size; `least`: variance left out."""
         size, length = bend
         away = (self.nm[:, None] - self.nm[None, :]) / length
         # (Two seconds for 2 000 wavelengths.)
         values, vectors = heard(np.linalg.eigh, np.exp(-0.5 * away * away))
-        kept = values > 1e-4 * values[-1]
+        kept = values > least * values[-1]
         level = _LEVEL if self.light.gain is None else _KNOWN[0]
         return np.column_stack([np.full(self.nm.size, level), size * vectors[:, kept] * np.sqrt(values[kept])])
 
@@ -360,7 +362,7 @@ class Course:
         if not use.size:
             return False
         films, y = self.films(thickness_nm[use]), self.y[use]
-        modes = self._columns(_LAMP if self.light.lamp is None else (_KNOWN[0], _LAMP[1]))[:, 1:]
+        modes = self._columns(_LAMP if self.light.lamp is None else (_KNOWN[0], _LAMP[1]), _LEAST_OF_A_LAMP)[:, 1:]
         base = self.lamp if self.light.lamp is not None else self._lamp_of(films, y)
         lamp, films, normal = self._with_films(base, modes, thickness_nm[use], y)
         self.lamp, self.bend, self.learnt = lamp, _LEARNT, True

@@ -335,12 +335,18 @@ def climb(
     first = engine.log_evidences(row(h), explanations)[0]
     best = explanations.only(np.array([int(first.argmax())]))
     step = step_nm
+    top, top_at, half = -math.inf, h, step
     for _ in range(12):
         step = min(max(step, 1e-9 * max(h, 1.0)), 0.25 * (high - low))
         left, right = max(h - step, low), min(h + step, high)
         middle = 0.5 * (left + right)
-        half = 0.5 * (right - left)
+        before, half = half, 0.5 * (right - left)
         below, at, above = engine.log_evidences(np.array([row(left), row(middle), row(right)]), best)[:, 0]
+        if at < top - _NEGLIGIBLE:
+            # The parabola was wider than the peak (exact data have peaks of 1e-5 nm) and the move went past it.
+            h, step = top_at, min(step, 0.5 * before)
+            continue
+        top, top_at = at, middle
         bend = 2.0 * at - below - above
         if bend > 1e-12:
             move = min(max(half * (above - below) / (2.0 * bend), -3.0 * half), 3.0 * half)

@@ -29,6 +29,7 @@ from iridesce.inverse.course import _CLEAR, Course, Found, Light
 from iridesce.inverse.data import inside_media, local_noise, referenced
 from iridesce.inverse.fit import fit_thickness
 from iridesce.inverse.model import Problem, describe, read_problem
+from iridesce.inverse.results import FitResult
 from iridesce.inverse.series_result import SeriesResult, no_film
 from iridesce.inverse.solve import student
 from iridesce.optics.averages import FWHM
@@ -37,11 +38,14 @@ __all__ = ["SeriesResult", "fit_series"]
 
 _THINNEST_NM, _THICKEST_NM = 1.0, 10_000.0
 _FEWEST_POINTS = 24
+# No noise is below this share of the largest value: a lamp of curves, a grid of films and tables of indices are not better.
+_FINEST = 3e-4
 # The lamp is learnt from at most so many spectra, evenly spaced in time; then all are asked.
 _LEARNERS = 240
+# A series that teaches no lamp is so many fits of single spectra, where there are so few.
+_SINGLE = 64
 # Where no lamp comes of the series at once, so many spectra are fitted alone, and so many of these have to be clear.
 _ALONE, _LEAST_ALONE = 6, 3
-_FRINGES_OF_A_LAMP = 1.5
 _WORST_KAPPA = 10.0
 _MOST_VALUES = 200_000_000
 
@@ -155,7 +159,7 @@ def fit_series(
         sd = np.full(nm.size, size)
     else:
         sd = local_noise(values[whole])
-    floor = 2e-6 * float(np.abs(values[whole]).max(initial=0.0))
+    floor = _FINEST * float(np.abs(values[whole]).max(initial=0.0))
     empty = ~whole | (np.ptp(values, axis=1) <= 1e-12 * np.abs(values).max(axis=1))
     bounds = _bounds(thickness_range_nm, problem, nm, notes)
     if empty.all():
@@ -170,9 +174,12 @@ def fit_series(
     course = Course(problem, nm, values[used] / scale, sd, light, bounds, line)
     course.least_sd = max(floor, 1e-300) / scale
     belief, none, found = _asked(course, times[used], size is None, progress)
+    alone: list[FitResult] = []
     if not course.learnt and gain is None:
         notes.append("the lamp could not be learnt: too few spectra with sure films of more than 2.5 fringes")
-    return _answer(course, belief, none, found, times, used, share, tolerance, describe(problem), notes)
+        if used.size <= _SINGLE:
+            alone = [_single(course, row, size, share, tolerance) for row in values[used]]
+    return _answer(course, belief, none, found, times, used, share, tolerance, describe(problem), notes, alone)
 
 
 def _asked(
@@ -224,22 +231,33 @@ def _alone(course: Course) -> tuple[Floats, npt.NDArray[np.bool_]]:
     best, sure = np.full(len(course.y), np.nan), np.zeros(len(course.y), dtype=bool)
     if course.light.lamp is not None:
         return best, sure
-    problem = course.problem
     for place in np.unique(np.linspace(0, len(course.y) - 1, min(len(course.y), _ALONE)).astype(int)):
-        found = fit_thickness(
-            course.nm,
-            course.y[place],
-            problem.stack,
-            layer=problem.unknown[0] + 1,
-            quantity=problem.quantity,
-            angle_deg=problem.angle_deg,
-            polarization=problem.polarization,
-            thickness_range_nm=course.bounds,
-            resolution_nm=course.line * FWHM,
-        )
+        found = _single(course, course.y[place])
         if found.verdict == "clear":
             best[place], sure[place] = found.best.thickness_nm, True
     return best, sure
+
+
+def _single(
+    course: Course, spectrum: Floats, noise: float | None = None, probability: float = 0.95, tolerance: float = 0.0
+) -> FitResult:
+    """A spectrum of the series by itself."""
+    problem = course.problem
+    return fit_thickness(
+        course.nm,
+        spectrum,
+        problem.stack,
+        layer=problem.unknown[0] + 1,
+        quantity=problem.quantity,
+        angle_deg=problem.angle_deg,
+        polarization=problem.polarization,
+        thickness_range_nm=course.bounds,
+        baseline="auto" if course.light.stray else "none",
+        resolution_nm=course.line * FWHM,
+        noise=noise,
+        probability=probability,
+        index_tolerance=tolerance,
+    )
 
 
 def _best(course: Course, belief: Floats, found: Found) -> tuple[Floats, Floats]:
@@ -262,18 +280,29 @@ def _answer(
     tolerance: float,
     stack: str,
     notes: list[str],
+    alone: list[FitResult],
 ) -> SeriesResult:
+    """The answer, a row a spectrum; `alone`: what each spectrum tells by itself, where the series tells no more."""
     best, mass = _best(course, belief, found)
     place = belief.argmax(axis=1)
     sd = np.hypot(found.sd_nm[np.arange(len(best)), place], course.sd_of_lamp(best))
     half = student(probability, 1e6) * np.hypot(sd, tolerance * best)
-    low, high = course.bounds
-    at_end = (best <= low + 1e-6) | (best >= high - 1e-6)
+    at_end = (best <= course.bounds[0] + 1e-6) | (best >= course.bounds[1] - 1e-6)
     words = np.where(mass > _CLEAR, "clear", "ambiguous").astype("<U9")
     if not course.learnt and course.light.lamp is None:
-        words[(words == "clear") & (course.fringes(best) < _FRINGES_OF_A_LAMP)] = "ambiguous"
+        # The lamp's first guess is the mean of the spectra, which holds the fringes of films that hardly change.
+        words[words == "clear"] = "ambiguous"
     words[at_end | (found.kappa >= _WORST_KAPPA)] = "doubtful"
     words[(none > 0.5) | ~np.isfinite(best)] = "none"
+    low, high = np.maximum(best - half, 0.0), best + half
+    size = found.kappa
+    if alone:
+        words = np.array([one.verdict for one in alone])
+        none = np.array([one.no_film for one in alone])
+        mass = np.array([one.best.weight if one.best else 0.0 for one in alone])
+        size = np.array([one.best.kappa if one.best else 1.0 for one in alone])
+        best = np.array([one.best.thickness_nm if one.best else np.nan for one in alone])
+        low, high = np.array([one.best.interval_nm if one.best else (np.nan, np.nan) for one in alone]).T
     best = np.where(words == "none", np.nan, best)
     count = times.size
     thickness, interval = np.full(count, np.nan), np.full((count, 2), np.nan)
@@ -284,11 +313,11 @@ def _answer(
         np.ones(count),
     )
     thickness[used], order[used], no_film[used], verdict[used] = best, mass, none, words
-    interval[used] = np.stack([np.maximum(best - half, 0.0), best + half], axis=1)
-    kappa[used] = found.kappa
-    if (found.kappa > 1.5).mean() > 0.5:
+    interval[used] = np.stack([low, high], axis=1)
+    kappa[used] = size
+    if (size > 1.5).mean() > 0.5:
         notes.append(
-            f"the noise is taken {float(np.median(found.kappa)):.2g} times larger than estimated: the index, the line, or "
+            f"the noise is taken {float(np.median(size)):.2g} times larger than estimated: the index, the line, or "
             "another stack"
         )
     response = course.lamp / float(course.lamp.mean())
@@ -400,11 +429,13 @@ def _put_right(values: Floats, notes: list[str]) -> tuple[Floats, npt.NDArray[np
     finite = np.isfinite(values)
     whole = finite.mean(axis=1) > 0.9
     out = np.where(finite, values, 0.0)
-    neighbours = np.stack([np.roll(out, shift, axis=1) for shift in (-2, -1, 1, 2)])
-    middle = np.median(neighbours, axis=0)
+    neighbours = np.sort(np.stack([np.roll(out, shift, axis=1) for shift in (-2, -1, 1, 2)]), axis=0)
+    middle = 0.5 * (neighbours[1] + neighbours[2])
     away = np.abs(out - middle)
     size = 1.4826 * np.median(away, axis=1)[:, None]
     spikes = finite & (away > 12.0 * np.maximum(size, 1e-12 * np.abs(out).max(axis=1)[:, None]))
+    # The top of a fringe lies away from its neighbours, too, by 5/6 of what parts these (a parabola): it is no spike.
+    spikes &= away > 2.0 * (neighbours[2] - neighbours[1])
     spikes[:, :2] = spikes[:, -2:] = False
     out = np.where(spikes | ~finite, middle, out)
     if spikes.any():

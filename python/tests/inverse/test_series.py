@@ -146,6 +146,25 @@ def test_clean_spectra_are_clear_to_a_picometre(gain: float | None) -> None:
     assert np.abs(series.response - 1.0).max() < 1e-3
 
 
+def test_exact_data_under_a_lamp() -> None:
+    """Below 1e-4 of the light nothing is noise: neither curves of lamps nor grids are as good, and no film was found."""
+    path = np.linspace(1500.0, 900.0, 12)
+    clean = np.asarray(ir.Stack(["air", ir.Layer("soap", path[:, None]), "air"]).reflectance(NM))
+    series = fit(clean * (200.0 + 1000.0 * np.exp(-(((NM - 560.0) / 90.0) ** 2))))
+    assert set(series.verdict) == {"clear"} and np.abs(series.thickness_nm - path).max() < 1.0
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_a_few_thin_films_teach_no_lamp_and_are_so_many_single_fits(noise: float) -> None:
+    """The mean of films that hardly change holds their fringe: as the lamp it made 430 nm a clear 1380."""
+    path = np.array([431.0, 430.0, 429.0])
+    clean = np.asarray(ir.Stack(["air", ir.Layer("soap", path[:, None]), "air"]).reflectance(NM))
+    series = fit(clean + noise * np.random.default_rng(0).standard_normal(clean.shape), probability=0.999)
+    assert not series.learnt and set(series.verdict) == {"clear"}
+    assert np.abs(series.thickness_nm - path).max() < 0.5 + 1e3 * noise
+    assert (series.interval_nm[:, 0] <= path).all() and (path <= series.interval_nm[:, 1]).all()
+
+
 @pytest.mark.parametrize("spectra", [np.zeros((6, NM.size)), np.full((6, NM.size), 7.0), np.full((6, NM.size), np.nan)])
 def test_empty_series_are_none(spectra: Floats) -> None:
     series = fit(spectra)
