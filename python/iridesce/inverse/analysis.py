@@ -21,7 +21,7 @@ from iridesce.inverse.posterior import (
     Measured,
     climb,
     log_sum,
-    over_index,
+    moved_by_index,
     prior_density,
     temper,
     together,
@@ -264,15 +264,14 @@ class Analysis:
                 spectrum if start[-1] > 0.0 else spectrum + by * by_index(self.problem, self.data.wavelength_nm, same)
             )
 
-        index = over_index(engine, off, peak, tolerance, bounds)
-        wide = student(probability, 1e6) * index.sd_nm
-        thickness = min(max(peak.thickness_nm + index.shift_nm, bounds[0]), bounds[1])
+        moved = moved_by_index(engine, off, peak, tolerance, bounds)
+        thickness, wide = peak.thickness_nm, student(probability, 1e6) * moved
         interval = (max(thickness - math.hypot(low, wide), 0.0), thickness + math.hypot(high, wide))
-        sd = math.hypot(peak.sd_nm, index.sd_nm)
+        sd = math.hypot(peak.sd_nm, moved)
         parameters = np.array([peak.thickness_nm, *start[1:]])
         return (
             self._told(engine, model, parameters, peak.best, thickness, interval, sd, {}),
-            peak.log_mass + index.log_mass,
+            peak.log_mass,
             peak.at_end,
         )
 

@@ -214,6 +214,8 @@ def even_weight(values: Floats, notes: list[str]) -> Floats:
 
 # Noise that differs along the spectrum by more than this is weighted by where it is.
 _UNEVEN = 2.5
+# The scatter of so many points is known to 15 %: of a dozen, chance alone made noise look uneven, and a film of it.
+_FEWEST_OF_A_SCATTER = 36
 
 
 def weights_of(curve: Floats, data: Data, notes: list[str]) -> Floats | None:
@@ -225,9 +227,8 @@ def weights_of(curve: Floats, data: Data, notes: list[str]) -> Floats | None:
     if residual.size < 60:
         return None
     second = np.abs(residual[2:] - 2.0 * residual[1:-1] + residual[:-2]) / math.sqrt(6.0)
-    local = _local_scatter(np.r_[second[0], second, second[-1]], residual.size // 8)
+    local = _local_scatter(np.r_[second[0], second, second[-1]], max(residual.size // 8, _FEWEST_OF_A_SCATTER))
     typical = float(np.median(local))
-    # The scatter of an eighth of 300 points is known to 15 %.
     if typical <= 0.0 or local.max() < _UNEVEN * local.min():
         return None
     note = "the noise is uneven along the spectrum: noisy parts count less"

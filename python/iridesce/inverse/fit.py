@@ -114,7 +114,7 @@ def fit_thickness(
                    then (measured - dark) / (reference - dark) times its reflectance or transmittance, the gain 1 within a few
                    per cent unless ``gain`` says otherwise, and channels without light are dropped             (n,)
     reference_stack  a `Stack` or text, "air / Si"; None: a perfect mirror (a free path, for transmittance)
-    index_tolerance  standard deviation of the film's index, relative: it widens the intervals, as only n * h is seen
+    index_tolerance  standard deviation of the film's index, relative: it widens the intervals by what the film moves with it
     measurements   several `Measurement` of one film instead of wavelength_nm and measured: they share thicknesses, index
                    ("constant" at most) and an error of the angle; gain, baseline, noise, angle are those of each. Instruments'
                    lines are taken as points, thicknesses looked for up to 10 000 nm (several unknowns: 1 000)

@@ -311,16 +311,6 @@ def together(peaks: Sequence[Peak], log_priors: Sequence[float]) -> Peak:
     return replace(best, log_mass=log_sum(masses), grid_nm=grid, density=density / float(np.trapezoid(density, grid)))
 
 
-@dataclass(frozen=True)
-class Shifted:
-    """What an index that is not sure does to a peak, to first order of the thickness and second of the evidence."""
-
-    shift_nm: float
-    sd_nm: float
-    log_mass: float
-    """To be added to the peak's own."""
-
-
 def climb(
     engine: Engine, row: Callable[[float], Floats], start_nm: float, step_nm: float, bounds: tuple[float, float]
 ) -> Peak:
@@ -409,26 +399,26 @@ def _cubic(x: Floats, y: Floats, at: Floats) -> Floats:
     )
 
 
-def over_index(
-    engine: Engine, off: Callable[[float, float], Floats], peak: Peak, tolerance: float, bounds: tuple[float, float]
-) -> Shifted:
-    """The index integrated out, from peaks at minus one, none and plus one standard deviation of it.
+# No film moves by more than this many times the share that its index is off by: 20 nm of soap by 5.
+_STEEPEST = 10.0
 
-    With L(u) = L0 + g u + c u^2 / 2 and the prior exp(-u^2 / 2): u ~ N(g / (1 - c), 1 / (1 - c)). Fringes show n h; a thin film
-    shows how large n is besides: 1 % of the index of soap is 5 % of a film of 20 nm.
+
+def moved_by_index(
+    engine: Engine, off: Callable[[float, float], Floats], peak: Peak, tolerance: float, bounds: tuple[float, float]
+) -> float:
+    """How far the thickness moves with the index, from peaks at minus and plus one standard deviation of it, nm.
+
+    Fringes show n h, and a thin film shows how large n is besides: 1 % of the index of soap is 5 % of a film of 20 nm. What the
+    contrast of the fringes says of the index is not used: stray light and the lamp change it, too.
 
     off       the spectrum of a thickness whose index is off by a share
     """
     if tolerance <= 0.0:
-        return Shifted(0.0, 0.0, 0.0)
+        return 0.0
     step = max(peak.sd_nm, 1e-6)
     below, above = (
         climb(engine, lambda h, by=by: off(h, by), peak.thickness_nm / (1.0 + by), step, bounds)  # type: ignore[misc]
         for by in (-tolerance, tolerance)
     )
-    pull = 0.5 * (above.log_mass - below.log_mass)
-    sharpness = max(1.0 - (above.log_mass + below.log_mass - 2.0 * peak.log_mass), 1.0)
-    mean = min(max(pull / sharpness, -3.0), 3.0)
-    slope = 0.5 * (above.thickness_nm - below.thickness_nm)
-    mass = 0.5 * pull * mean - 0.5 * math.log(sharpness)
-    return Shifted(slope * mean, abs(slope) / math.sqrt(sharpness), mass)
+    least = tolerance * peak.thickness_nm
+    return min(max(0.5 * abs(above.thickness_nm - below.thickness_nm), least), _STEEPEST * least)
