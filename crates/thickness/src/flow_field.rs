@@ -144,7 +144,7 @@ impl FlowField {
                 along(below - 2, columns)
             } else if self.is_globe {
                 // Beyond a pole lies the other side.
-                let i = if below < 2 { 1 - below } else { 2 * height + 1 - below };
+                let i = if below < 2 { 1 - below } else { (2 * height + 1).saturating_sub(below) };
                 let half = columns.map(|j| if j + width / 2 < width { j + width / 2 } else { j + width / 2 - width });
                 along(i.min(height - 1), half)
             } else {
