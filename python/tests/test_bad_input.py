@@ -541,6 +541,7 @@ def test_models_that_do_not_fit_their_shape(shape, model, said):
         ({"coating": {"substrate": 1.5, "layers": [{"medium": 1.5, "thickness_nm": 6e6}] * 2}}, "coating.layers"),
         ({"dielectric": {"medium": "unobtainium"}}, "dielectric.medium"),
         ({"dielectric": {"medium": 0.0}}, "dielectric.medium"),
+        ({"dielectric": {"medium": 1e-12}}, "dielectric.medium"),
         ({"metal": {"medium": [0.1, -3.0]}}, "metal.medium"),
         ({"metal": 3}, "metal"),
         ({"diffuse": {"reflectance": -0.1}}, "diffuse.reflectance"),

@@ -5,6 +5,9 @@ use crate::materials::Material;
 use crate::medium_stack::{DEEPEST, SURROUNDING};
 use crate::prepare::Prepared;
 
+/// Most films that a straight way to a light crosses. Between two that lie in one place it would go to and fro for ever.
+pub const MOST_FILMS: usize = 10_000;
+
 /// Why a pixel could not be finished.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PathFailure {
@@ -14,6 +17,8 @@ pub enum PathFailure {
     WrongMedium { object: usize, is_in: u8, expected: u8 },
     /// Media nested too deeply.
     TooDeep { object: usize },
+    /// A straight way through films does not come past this one: another lies where it lies.
+    SamePlace { object: usize },
 }
 
 /// What a scene is told whose rays fail.
@@ -43,6 +48,14 @@ pub fn describe(scene: &Prepared, failure: PathFailure) -> RenderError {
         PathFailure::TooDeep { object } => RenderError::Scene {
             message: format!(
                 "object \"{}\": more than {DEEPEST} media lie within one another where a ray enters it",
+                scene.names[object]
+            ),
+            key: format!("object.{}", scene.names[object]),
+        },
+        PathFailure::SamePlace { object } => RenderError::Scene {
+            message: format!(
+                "object \"{}\": a straight way to a light crosses more than {MOST_FILMS} films here; another film lies in the same \
+                 place: leave one of them out, or part them",
                 scene.names[object]
             ),
             key: format!("object.{}", scene.names[object]),

@@ -5,6 +5,7 @@ use iridesce_scene::{DeltaKind, Light, ResolvedScene, Texture};
 
 use crate::camera::{Ray, RayCamera};
 use crate::enclosing::enclosing_media;
+use crate::failure::MOST_FILMS;
 use crate::framebuffer::{RenderError, RenderOptions};
 use crate::geometry::{Geometry, Hit};
 use crate::integrator::extras::Extras;
@@ -183,9 +184,12 @@ impl Prepared {
     pub fn next_that_is_there(&self, from: &Hit, direction: Vec3, medium: &mut MediumStack) -> Option<Hit> {
         let mut next = self.geometry.nearest(&Ray { origin: from.point, direction }, Some(from));
         if self.has_priorities {
-            while let Some(hit) = next
+            let mut crossed = 0;
+            while crossed < MOST_FILMS
+                && let Some(hit) = next
                 && let Some(behind) = self.behind_hidden(&hit, direction, *medium)
             {
+                crossed += 1;
                 *medium = behind;
                 next = self.geometry.nearest(&Ray { origin: hit.point, direction }, Some(&hit));
                 // As far as from the surface.

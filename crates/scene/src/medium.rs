@@ -9,14 +9,16 @@ use crate::tree::{Node, Value};
 
 /// Largest n and k: beyond any metal's, and their fourth powers stay within the range of single precision.
 const MAX_INDEX: f64 = 1e3;
+/// Smallest |n + ik|: below any medium's, and fourth powers of what lies between two media stay within it, too.
+const MIN_INDEX: f64 = 1e-3;
 
 /// A medium is a name, a number or `[n, k]`.
 pub fn medium(node: &Node, path: &str) -> Result<(Medium, Node), SceneError> {
     let wrong = |message: String| SceneError::new(format!("{path} {message}")).at(path, node.line);
     let constant = |n: f64, k: f64| {
-        if !(n > 0.0 && n <= MAX_INDEX && (0.0..=MAX_INDEX).contains(&k)) {
+        if !(n > 0.0 && n <= MAX_INDEX && (0.0..=MAX_INDEX).contains(&k) && n.hypot(k) >= MIN_INDEX) {
             return Err(wrong(format!(
-                "must have 0 < n <= 1000 and 0 <= k <= 1000 in a scene, got {}",
+                "must have 0 < n <= 1000 and 0 <= k <= 1000 in a scene, and |n + ik| >= 0.001, got {}",
                 node.describe()
             )));
         }
@@ -35,7 +37,13 @@ pub fn medium(node: &Node, path: &str) -> Result<(Medium, Node), SceneError> {
         _ => return Err(other()),
     };
     for nm in [VISIBLE_NM.0, VISIBLE_NM.1] {
-        found.index_extended(nm).map_err(|e| wrong(format!("cannot be used: {e}")))?;
+        let (index, _) = found.index_extended(nm).map_err(|e| wrong(format!("cannot be used: {e}")))?;
+        if !(MIN_INDEX..=2.0 * MAX_INDEX).contains(&index.norm()) {
+            return Err(wrong(format!(
+                "cannot be used in a scene: |n + ik| is {} at {nm} nm, not 0.001 to 2000",
+                index.norm()
+            )));
+        }
     }
     Ok((found, node.without_lines()))
 }

@@ -10,7 +10,7 @@ const OPAQUE_K: f64 = 1e-3;
 impl Scene {
     /// One sentence each.
     pub fn notes(&self) -> Vec<String> {
-        self.dark_lights().into_iter().chain(self.open_bodies()).chain(self.crossing_films()).collect()
+        self.dark_lights().into_iter().chain(self.open_bodies()).chain(self.films_that_meet()).collect()
     }
 
     /// That nothing of the scene shows its lights.
@@ -54,8 +54,8 @@ impl Scene {
         open.collect()
     }
 
-    /// That films on spheres cross: drawn as whole spheres, as the scene says, and as no bubbles ever are.
-    fn crossing_films(&self) -> Option<String> {
+    /// That films on spheres cross (drawn as whole spheres, as the scene says, and as no bubbles ever are), or lie in one place.
+    fn films_that_meet(&self) -> Option<String> {
         let mut balls: Vec<_> = self
             .objects
             .iter()
@@ -69,9 +69,17 @@ impl Scene {
         balls.sort_by(|a, b| (a.0[0] - a.1).total_cmp(&(b.0[0] - b.1)));
         let pair = balls.iter().enumerate().find_map(|(place, a)| {
             let near = balls[place + 1..].iter().take_while(|b| b.0[0] - b.1 < a.0[0] + a.1);
-            near.into_iter().find(|b| crosses(a.0, a.1, b.0, b.1)).map(|b| (a.2, b.2))
+            near.into_iter().find(|b| a.0 == b.0 && a.1 == b.1 || crosses(a.0, a.1, b.0, b.1)).map(|b| (a, b))
         });
         pair.map(|(a, b)| {
+            let is_one_place = a.1 == b.1 && a.0 == b.0;
+            let (a, b) = (a.2, b.2);
+            if is_one_place {
+                return format!(
+                    "the films of \"{a}\" and \"{b}\" lie in one place: light goes to and fro between them and does not come \
+                     past; leave one of them out, or part them"
+                );
+            }
             format!(
                 "the films of \"{a}\" and \"{b}\" cross: both are drawn whole, with four walls where they meet; bubbles that touch \
                  share a wall: make them one object of the shape bubbles = {{ spheres = [...] }}"

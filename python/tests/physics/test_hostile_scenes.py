@@ -216,3 +216,28 @@ def test_a_path_that_carries_nothing_ends():
         ],
     }
     assert np.isfinite(ir.render(tree).xyz).all()
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.3])
+def test_two_films_in_one_place_are_told(roughness):
+    """A straight way to a light went to and fro between them for ever."""
+    film = {"film": {"medium": 1.33, "thickness_nm": 300.0, "roughness": roughness}}
+    tree = {
+        "version": 1,
+        "camera": {"position": [0.0, 0.5, 6.0], "fov_deg": 30.0, "resolution": [8, 8]},
+        "render": {"max_depth": 1, "samples": 1},
+        "object": [{"shape": {"sphere": {"radius": 1.0}}, "surface": film} for _ in range(2)],
+        "light": [{"environment": {"builtin": "studio"}}],
+    }
+    with pytest.warns(UserWarning, match="lie in one place"):
+        told = drawn(tree)
+    assert roughness == 0.0 or "another film lies in the same place" in told
+
+
+def drawn(tree):
+    """What an error of a render says, or nothing."""
+    try:
+        ir.render(tree)
+    except ir.SceneError as error:
+        return str(error)
+    return ""

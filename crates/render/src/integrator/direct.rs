@@ -20,7 +20,7 @@ use iridesce_numerics::lanes::Singles as Lanes;
 use super::escape::Share;
 use super::{Path, Scattered, Since, Sums, Target, Tracer};
 use crate::chain::Chain;
-use crate::failure::PathFailure;
+use crate::failure::{MOST_FILMS, PathFailure};
 use crate::film::Phase;
 use crate::geometry::{Hit, cone_density, cone_direction};
 use crate::lights::Source;
@@ -257,10 +257,16 @@ impl Tracer<'_> {
                 }
                 way.medium = medium;
             }
+            let mut crossed = 0;
             while arrives {
                 match next {
                     Some(film) if film.distance < left && self.is_film(&film) => {
                         left -= film.distance;
+                        crossed += 1;
+                        if crossed > MOST_FILMS {
+                            self.failure = Some(PathFailure::SamePlace { object: film.object });
+                            break;
+                        }
                         if !self.pass_film(simd, &mut way, film, slot, choices) {
                             break;
                         }

@@ -35,7 +35,7 @@ use self::extras::Extras;
 use crate::camera::Ray;
 use crate::caustics::Memory;
 use crate::chain::Chain;
-use crate::failure::PathFailure;
+use crate::failure::{MOST_FILMS, PathFailure};
 use crate::film::Phase;
 use crate::geometry::{Hit, frame};
 use crate::levels::Spectra;
@@ -409,7 +409,13 @@ impl<'a> Tracer<'a> {
     /// ends behind them.
     #[inline(never)]
     fn pass_hidden<S: Simd>(&mut self, simd: S, path: &mut Path, sums: &mut Sums<S>) -> bool {
+        let mut crossed = 0;
         while let Some(behind) = self.scene.behind_hidden(&path.hit, path.direction, path.medium) {
+            crossed += 1;
+            if crossed > MOST_FILMS {
+                self.failure = Some(PathFailure::SamePlace { object: path.hit.object });
+                return false;
+            }
             path.medium = behind;
             let scattered = self.scattered(path);
             let continuation = self.straight_on(path);

@@ -144,6 +144,9 @@ impl Tracer<'_> {
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) -> bool {
+        if !luminance.is_finite() {
+            return false;
+        }
         if path.hits == self.scene.max_depth {
             // From here on the walk is a game of roulette at the luminance it has now. A fixed probability would not do: at
             // grazing angles hardly anything is lost at a hit, and weights would grow without bound.
