@@ -4,10 +4,23 @@ from __future__ import annotations
 
 import io
 import math
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
+
+
+def head_of(file: BinaryIO) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Shape and type that an NPY file declares; the file then stands at its numbers. ``ValueError`` as of `array_of`."""
+    from iridesce import _core
+
+    try:
+        major, _ = np.lib.format.read_magic(file)
+        read = np.lib.format.read_array_header_1_0 if major == 1 else np.lib.format.read_array_header_2_0
+        shape, _, kind = read(file)
+    except (ValueError, EOFError) as error:
+        raise ValueError(f"no NPY file that can be read: {_core.harmless(str(error))}") from None
+    return shape, kind
 
 
 def array_of(content: bytes) -> npt.NDArray[Any]:
@@ -26,12 +39,7 @@ def array_of(content: bytes) -> npt.NDArray[Any]:
     from iridesce import _core
 
     file = io.BytesIO(content)
-    try:
-        major, _ = np.lib.format.read_magic(file)
-        read = np.lib.format.read_array_header_1_0 if major == 1 else np.lib.format.read_array_header_2_0
-        shape, _, kind = read(file)
-    except (ValueError, EOFError) as error:
-        raise ValueError(f"no NPY file that can be read: {_core.harmless(str(error))}") from None
+    shape, kind = head_of(file)
     there = len(content) - file.tell()
     if kind.hasobject:
         raise ValueError("its elements are Python objects, which are not read")

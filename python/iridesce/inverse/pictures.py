@@ -14,7 +14,7 @@ from iridesce import _core
 from iridesce.arguments.operands import Floats
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.errors import ResourceError
-from iridesce.files.arrays import array_of
+from iridesce.files.arrays import array_of, head_of
 from iridesce.files.report import of_core
 from iridesce.files.whole import read_whole
 
@@ -108,11 +108,12 @@ def _check_size(width: int, height: int, name: str) -> None:
 
 def _npy_size(label: str) -> tuple[int, int] | None:
     """Columns and rows that the header of an array declares; None where it is no picture."""
+    if not Path(label).is_file():
+        return None
     try:
-        if not Path(label).is_file():
-            return None
-        shape: tuple[int, ...] = np.load(label, mmap_mode="r", allow_pickle=False).shape
-    except (ValueError, EOFError, OSError):
+        with Path(label).open("rb") as file:
+            shape, _ = head_of(file)
+    except (ValueError, OSError):
         return None
     return (shape[1], shape[0]) if len(shape) == 3 else None
 

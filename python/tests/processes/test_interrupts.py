@@ -40,7 +40,12 @@ CALLS: dict[str, tuple[Callable[..., Any], tuple[Any, ...]]] = {
 
 @pytest.mark.parametrize("name", CALLS)
 def test_python_goes_on_while_the_core_computes(name: str) -> None:
-    function, arguments = CALLS[name]
+    # (A busy machine may keep the other thread waiting for a whole call; one that holds the lock keeps it in each.)
+    assert any(ticks_during(*CALLS[name]) > 3 for _ in range(5)), "the lock was held"
+
+
+def ticks_during(function: Callable[..., Any], arguments: tuple[Any, ...]) -> int:
+    """How often another thread of Python has its turn in a call."""
     ticks = 0
     done = threading.Event()
 
@@ -55,11 +60,10 @@ def test_python_goes_on_while_the_core_computes(name: str) -> None:
     try:
         began = ticks
         function(*arguments)
-        seen = ticks - began
+        return ticks - began
     finally:
         done.set()
         ticking.join()
-    assert seen > 3, "the lock was held"
 
 
 def test_elements_are_laid_out_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
