@@ -3,10 +3,7 @@
 use crate::framebuffer::RenderError;
 use crate::materials::Material;
 use crate::medium_stack::{DEEPEST, SURROUNDING};
-use crate::prepare::Prepared;
-
-/// Most films that a straight way to a light crosses. Between two that lie in one place it would go to and fro for ever.
-pub const MOST_FILMS: usize = 10_000;
+use crate::prepare::{MOST_FILMS, Prepared};
 
 /// Why a pixel could not be finished.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,7 +5,6 @@ use iridesce_scene::{DeltaKind, Light, ResolvedScene, Texture};
 
 use crate::camera::{Ray, RayCamera};
 use crate::enclosing::enclosing_media;
-use crate::failure::MOST_FILMS;
 use crate::framebuffer::{RenderError, RenderOptions};
 use crate::geometry::{Geometry, Hit};
 use crate::integrator::extras::Extras;
@@ -17,6 +16,9 @@ use crate::materials::{DiffuseColor, Material, materials, shown_index};
 use crate::medium_stack::{Media, MediumStack, SURROUNDING};
 use crate::spectral::Probes;
 use crate::tiles::Rect;
+
+/// Most films that a straight way to a light crosses. Between two that lie in one place it would go to and fro for ever.
+pub const MOST_FILMS: usize = 10_000;
 
 /// So many rays across and down the picture tell where lights are compared.
 const PLACES: u32 = 8;

@@ -20,12 +20,13 @@ use iridesce_numerics::lanes::Singles as Lanes;
 use super::escape::Share;
 use super::{Path, Scattered, Since, Sums, Target, Tracer};
 use crate::chain::Chain;
-use crate::failure::{MOST_FILMS, PathFailure};
+use crate::failure::PathFailure;
 use crate::film::Phase;
 use crate::geometry::{Hit, cone_density, cone_direction};
 use crate::lights::Source;
 use crate::lights::chooser::{FEW, LightId, PICKS, pick};
 use crate::materials::Material;
+use crate::prepare::MOST_FILMS;
 use crate::refraction::shading_normal;
 use crate::sampler::Choices;
 
