@@ -10,7 +10,7 @@ use crate::tree::{Node, Value};
 /// Largest n and k: beyond any metal's, and their fourth powers stay within the range of single precision.
 const MAX_INDEX: f64 = 1e3;
 /// Smallest |n + ik|: below any medium's, and fourth powers of what lies between two media stay within it, too.
-const MIN_INDEX: f64 = 1e-3;
+const MIN_INDEX: f64 = 1e-6;
 
 /// A medium is a name, a number or `[n, k]`.
 pub fn medium(node: &Node, path: &str) -> Result<(Medium, Node), SceneError> {
@@ -18,7 +18,7 @@ pub fn medium(node: &Node, path: &str) -> Result<(Medium, Node), SceneError> {
     let constant = |n: f64, k: f64| {
         if !(n > 0.0 && n <= MAX_INDEX && (0.0..=MAX_INDEX).contains(&k) && n.hypot(k) >= MIN_INDEX) {
             return Err(wrong(format!(
-                "must have 0 < n <= 1000 and 0 <= k <= 1000 in a scene, and |n + ik| >= 0.001, got {}",
+                "must have 0 < n <= 1000 and 0 <= k <= 1000 in a scene, and |n + ik| >= 1e-6, got {}",
                 node.describe()
             )));
         }
@@ -40,7 +40,7 @@ pub fn medium(node: &Node, path: &str) -> Result<(Medium, Node), SceneError> {
         let (index, _) = found.index_extended(nm).map_err(|e| wrong(format!("cannot be used: {e}")))?;
         if !(MIN_INDEX..=2.0 * MAX_INDEX).contains(&index.norm()) {
             return Err(wrong(format!(
-                "cannot be used in a scene: |n + ik| is {} at {nm} nm, not 0.001 to 2000",
+                "cannot be used in a scene: |n + ik| is {} at {nm} nm, not 1e-6 to 2000",
                 index.norm()
             )));
         }
