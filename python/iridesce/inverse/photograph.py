@@ -14,6 +14,7 @@ from iridesce import _core
 from iridesce._progress import Tell, Told, check_progress, watched
 from iridesce.inverse.exposures import Exposed, agreed, doubts, exposures
 from iridesce.inverse.maps import ANCHORS, ThicknessResult
+from iridesce.inverse.pictures import Mask
 from iridesce.inverse.shots import Setup, Shot, read_setup, take
 from iridesce.inverse.views import View
 
@@ -27,6 +28,8 @@ __all__ = ["map_thickness"]
 _SCALE = (0.006, 0.02, 0.03)
 _DOUBT = 0.9
 _SCALE_IN_DOUBT = 0.02
+# Stripes of so many pixels may be an edge whose sides are mixed: colour at half the resolution mixes two.
+_NARROW = 2
 # A picture whose mean light is below this many sd of its noise is dark; one that varies less than this many is of one colour.
 _DIM, _VARIED = 4.0, 5.0
 
@@ -135,6 +138,7 @@ def solve(
     ]
     known = np.isfinite(nm)
     confidence = np.where(known, confidence * agreed(setup, shot, rivals, nm, temper, notes), np.nan).astype(np.float32)
+    confidence[_narrow(nm.reshape(height, width), setup.quarter_nm).reshape(-1)] *= np.float32(_DOUBT)
     if shot.ties:
         tied = anchors == ANCHORS.index("tie point")
         confidence[tied] = np.maximum(confidence[tied], 0.98)
@@ -177,6 +181,29 @@ def solve(
         },
     )
     return result, best
+
+
+def _narrow(nm: npt.NDArray[np.float32], quarter_nm: float) -> Mask:
+    """Pixels in stripes of at most `_NARROW` that are another order than both their sides.
+
+    At an edge a pixel has the colours of both sides mixed (lenses, demosaicing, JPEG with colour at half the resolution), which
+    may be that of a third film; all along the edge alike, so that neighbours make each other sure of it.
+    """
+    found = np.zeros(nm.shape, dtype=bool)
+    for axis in (0, 1):
+        lines, mixed = (nm, found) if axis == 1 else (nm.T, found.T)
+        edge = np.abs(np.diff(lines, axis=1)) > quarter_nm
+        for wide in range(1, _NARROW + 1):
+            # An edge, none within, an edge.
+            count = edge.shape[1] - wide
+            if count < 1:
+                continue
+            stripe = edge[:, :count] & edge[:, wide:]
+            for inner in range(1, wide):
+                stripe &= ~edge[:, inner : inner + count]
+            for place in range(1, wide + 1):
+                mixed[:, place : place + count] |= stripe
+    return found
 
 
 def _prior(before: ThicknessResult, reach_nm: float) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], float]:

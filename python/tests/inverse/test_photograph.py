@@ -15,6 +15,7 @@ from PIL import Image as Pictures
 
 import iridesce as ir
 from iridesce.color.light import color_matching
+from iridesce.inverse.photograph import _narrow
 
 Floats = npt.NDArray[np.float64]
 NM = np.arange(380.0, 781.0, 2.0)
@@ -128,6 +129,32 @@ def test_a_jpeg_is_read_by_its_curve(tmp_path: Path) -> None:
     assert right(found, nm).mean() > 0.93
     assert found.calibration["temper"] > 2.0  # errors of neighbours hang together, and are measured to
     is_honest(found, nm)
+
+
+def test_colours_that_an_edge_mixes_are_not_sure(tmp_path: Path) -> None:
+    """Steps of oxide in a JPEG: along an edge all pixels have the colour of a third film, and were sure of its order."""
+    x = np.broadcast_to(np.arange(100), (48, 100))
+    truth = 200.0 + 55.0 * (x // 20)
+    film = ir.Stack(["air", ir.Layer("SiO2", truth[:1]), "Si"]).color(space="linear-srgb")
+    light = np.broadcast_to(film / film.max() * 0.7, (48, 100, 3)) + np.array([0.09, 0.1, 0.12])
+    light = light + 0.004 * np.random.default_rng(5).standard_normal(light.shape)
+    coded = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1.0 / 2.4) - 0.055)
+    path = tmp_path / "steps.jpg"
+    Pictures.fromarray((255.0 * coded + 0.5).astype(np.uint8)).save(path, quality=92, subsampling=2)
+    found = ir.map_thickness(
+        path, "air / SiO2 ? / Si", camera="srgb", illuminant="D65", thickness_range_nm=(0.0, 1200.0)
+    )
+    wrong = np.abs(found.thickness_nm - truth) > 550.0 / 4.0 / 1.46
+    edges = (x % 20 == 0) | (x % 20 == 19)
+    assert wrong.any() and not wrong[~edges].any()
+    assert not (found.confidence[wrong] > 0.95).any() and (found.confidence[~edges] > 0.95).mean() > 0.9
+
+
+def test_narrow_stripes_are_those_between_two_edges() -> None:
+    row = np.array([1.0, 1, 9, 1, 1, 9, 9, 1, 9, 9, 9, 1, 5, 9], dtype=np.float32) * 100.0
+    found = _narrow(np.tile(row, (4, 1)), 300.0)
+    assert (found == found[0]).all()
+    assert found[0].nonzero()[0].tolist() == [2, 3, 4, 5, 6, 7, 11, 12]
 
 
 def test_flat_dark_and_mask() -> None:
