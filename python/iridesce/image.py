@@ -428,12 +428,15 @@ def check_output(path: str | os.PathLike[str]) -> None:
 def _plane(name: str, values: npt.ArrayLike, size: tuple[int, int] | None, depth: int | None) -> _Floats:
     """A new contiguous float32 array of the right shape."""
     last = () if depth is None else (depth,)
+    if isinstance(values, np.ma.MaskedArray):
+        raise refusal(name, "an array without a mask", Words("a masked array"))
     try:
         given = np.asarray(values)
         if given.dtype.kind not in "biuf" and not (given.dtype.kind == "O" and all(map(_is_real, given.flat))):
             kind = Words(f"an array of type {given.dtype}")
             raise refusal(name, "an array of real numbers", kind)
-        array = np.array(given, dtype=np.float32, order="C", copy=True)
+        with np.errstate(over="ignore"):  # what is too large for float32 is told below
+            array = np.array(given, dtype=np.float32, order="C", copy=True)
     except ArgumentError:
         raise
     except (TypeError, ValueError, RuntimeError, OverflowError) as error:

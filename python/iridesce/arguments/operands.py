@@ -92,6 +92,21 @@ def reals(name: str, value: object) -> Floats:
     return real_operand(name, value).full()
 
 
+def plain_reals(name: str, value: object, allowed: str) -> Floats:
+    """Real numbers in their own shape, NaN and infinities too, for the caller to judge: masked ones are NaN.
+
+    What numpy would make numbers of with a loss is refused: complex numbers, texts, times, truth values.
+    """
+    try:
+        array = np.ma.asanyarray(value) if isinstance(value, np.ma.MaskedArray) else np.asarray(value)
+        if array.dtype.kind not in "iuf":
+            raise TypeError
+        found = array.astype(np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise refusal(name, allowed, value) from None
+    return found.filled(np.nan) if isinstance(found, np.ma.MaskedArray) else found
+
+
 def scalar(array: Any) -> Any:
     """A float for an array of no axes; other arrays as they are."""
     return float(array) if array.ndim == 0 else array

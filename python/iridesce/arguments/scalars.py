@@ -52,7 +52,10 @@ def number(
     """A plain number; where bounds are given a finite one within [low, high), or (low, high)."""
     # float("3") and float(array([3])) would pass, but are slips; so are True and False.
     try:
-        if isinstance(value, str | bytes) or is_bool(value) or getattr(value, "ndim", 0) != 0:
+        # numpy's complex numbers lose their imaginary part in float(), and its masked ones become NaN, both with a warning.
+        kind = getattr(getattr(value, "dtype", None), "kind", "f")
+        is_slip = kind not in "iufO" or hasattr(value, "mask") or getattr(value, "ndim", 0) != 0
+        if isinstance(value, str | bytes) or is_bool(value) or is_slip:
             raise TypeError
         found = float(value)
     except (TypeError, ValueError, OverflowError):

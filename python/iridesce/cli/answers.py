@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import codecs
 import contextlib
 import functools
+import io
 import json
 import os
 import sys
@@ -98,6 +100,17 @@ def open_streams() -> None:
             os.dup2(nowhere, number)
             os.close(nowhere)
         setattr(sys, name, os.fdopen(number, "r" if number == 0 else "w"))
+    codecs.register_error("iridesce", _as_far_as_possible)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="iridesce")
+
+
+def _as_far_as_possible(error: UnicodeError) -> tuple[str | bytes, int]:
+    """Letters that a terminal's encoding has none for: bytes of a file's name as they are, others as ``\\u2026``."""
+    try:
+        return codecs.lookup_error("surrogateescape")(error)
+    except UnicodeError:
+        return codecs.lookup_error("backslashreplace")(error)
 
 
 def lost(error: OSError) -> int:

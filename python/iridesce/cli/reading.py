@@ -77,22 +77,25 @@ def angles_in_degrees(text: str) -> list[float]:
         raise typer.BadParameter(message, param_hint="--angle") from None
 
 
-def wavelength_grid(start: float, stop: float, step: float) -> Any:
-    """Wavelengths from `start` to `stop`, the end included when a whole number of steps leads to it."""
+def wavelength_grid(
+    start: float, stop: float, step: float, names: tuple[str, str, str] = ("--from", "--to", "--step")
+) -> Any:
+    """Wavelengths from `start` to `stop`, the end included when a whole number of steps leads to it; ``names`` are what the
+    user calls the three."""
     import math
 
     import numpy as np
 
     from iridesce.errors import ResourceError
 
-    for option, value in (("--from", start), ("--to", stop), ("--step", step)):
+    for option, value in zip(names, (start, stop, step), strict=True):
         if not (math.isfinite(value) and value > 0.0):
             raise ValueError(f"{option} must be > 0 and finite, in nm, got {value:g}")
     if stop < start:
-        raise ValueError(f"--to must not be below --from, got {start:g} to {stop:g} nm")
+        raise ValueError(f"{names[1]} must not be below {names[0]}, got {start:g} to {stop:g} nm")
     steps = (stop - start) / step
     if steps > 1e7:
-        raise ResourceError(f"--step {step:g} asks for {steps:.3g} wavelengths, at most 1e7 are allowed")
+        raise ResourceError(f"{names[2]} {step:g} asks for {steps:.3g} wavelengths, at most 1e7 are allowed")
     # A hair more than the quotient, or rounding would lose the last point of, say, 0.1 nm steps.
     return start + step * np.arange(int(steps * (1.0 + 1e-12) + 1e-9) + 1)
 
@@ -105,7 +108,7 @@ def wavelengths_of(text: str) -> Any:
     except ValueError:
         message = f"wanted FROM:TO:STEP in nm, as in 400:700:10, got {text!r:.60}"
         raise typer.BadParameter(message, param_hint="--spectral") from None
-    return wavelength_grid(start, stop, step)
+    return wavelength_grid(start, stop, step, ("FROM of --spectral", "TO of --spectral", "STEP of --spectral"))
 
 
 def pair(text: str, option: str, unit: str) -> tuple[float, float]:

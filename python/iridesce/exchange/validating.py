@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from iridesce import color
-from iridesce.arguments.operands import Floats
-from iridesce.arguments.refusals import Words, complaint, refusal
+from iridesce.arguments.operands import Floats, plain_reals
+from iridesce.arguments.refusals import Words, refusal
 from iridesce.exchange import charts, exr, faults, lut, png
 from iridesce.exchange.charts import Summary
 from iridesce.exchange.films import ANGLES_DEG, COUNT
@@ -210,15 +210,8 @@ def _read(source: Any) -> tuple[Floats, str, lut.Lut | None]:
     elif isinstance(source, str | os.PathLike):
         xyz, kind, table = _read_file(os.fspath(source))
     else:
-        try:
-            xyz, kind = np.asarray(source, dtype=np.float64), "an array of XYZ"
-        except (TypeError, ValueError) as error:
-            raise complaint(
-                f"picture_or_array must be a file, an Image or an array of XYZ: {error}",
-                "picture_or_array",
-                "a file, an Image or an array of XYZ",
-                Words(error),
-            ) from None
+        xyz = plain_reals("picture_or_array", source, "a file, an Image or an array of XYZ (real numbers)")
+        kind = "an array of XYZ"
     if xyz.ndim != 3 or xyz.shape[2] != 3:
         raise refusal("picture_or_array", "the shape (rows, columns, 3)", Words(xyz.shape), must="have")
     if not np.isfinite(xyz).all():

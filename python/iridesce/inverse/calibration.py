@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from iridesce.arguments.operands import Floats
+from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import file_name, number
 from iridesce.files.whole import read_whole, write_whole
@@ -143,7 +143,7 @@ class CameraCalibration:
             place = _center(center, picture, usable)
             known = _laid_out(thickness_nm, picture.shape, pixel_mm, place)
         else:
-            known = np.asarray(thickness_nm, dtype=np.float64)
+            known = plain_reals("thickness_nm", thickness_nm, "numbers, one for each pixel, or a model")
             if known.shape != picture.shape:
                 raise refusal(
                     "thickness_nm", f"a value for each pixel {picture.shape}", Words(known.shape), must="hold"

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from iridesce.arguments.operands import Floats
+from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
+from iridesce.arguments.scalars import number
 from iridesce.color.film_tables import Conditions
 from iridesce.color.spaces import delta_e
 from iridesce.optics.medium import Medium
@@ -81,7 +82,7 @@ def growth(coupons: Any, media: Sequence[Medium], conditions: Conditions) -> Gro
 def _read(coupons: Any) -> tuple[Floats, Floats, Floats | None]:
     wanted = "a list of (volt, nm) or of (volt, (L, a, b)), all of one kind"
     try:
-        pairs = [(float(volt), np.asarray(value, dtype=np.float64)) for volt, value in coupons]
+        pairs = [(number("volt", volt), plain_reals("coupons", value, wanted)) for volt, value in coupons]
     except (TypeError, ValueError):
         raise refusal("coupons", wanted, coupons) from None
     shapes = {value.shape for _, value in pairs}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from iridesce.arguments.operands import Floats
+from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.inverse.model import Problem
 from iridesce.inverse.solve import Data
@@ -164,14 +164,10 @@ def inside_media(problem: Problem, nm: Floats, notes: list[str]) -> npt.NDArray[
 
 
 def _column(name: str, values: npt.ArrayLike) -> Floats:
-    try:
-        array = np.asarray(np.ma.filled(values, np.nan) if isinstance(values, np.ma.MaskedArray) else values)
-        numbers = array.real.astype(np.float64)  # complex ones are refused below
-    except (ValueError, TypeError):
-        raise refusal(name, "numbers", values) from None
-    if array.dtype.kind not in "iuf" or numbers.ndim != 1:
-        raise refusal(name, "real numbers along one axis", Words(f"shape {array.shape} of type {array.dtype}"))
-    return np.asarray(numbers)
+    numbers = plain_reals(name, values, "real numbers along one axis")
+    if numbers.ndim != 1:
+        raise refusal(name, "real numbers along one axis", Words(f"shape {numbers.shape}"))
+    return numbers
 
 
 def unit(weight: Floats) -> Floats:

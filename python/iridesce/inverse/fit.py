@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from iridesce.arguments.operands import Floats
+from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import number, one_of
 from iridesce.files.spectra import Spectrum, read_spectrum
@@ -280,10 +280,7 @@ def _bounds(given: Any, problem: Problem, nm: Floats, notes: list[str]) -> Float
                 f"thicknesses were looked for from {_THINNEST_NM:g} to {high:g} nm; thickness_range_nm= says else"
             )
     else:
-        try:
-            pairs = np.asarray(given, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise refusal("thickness_range_nm", "(low, high) in nm", given) from None
+        pairs = plain_reals("thickness_range_nm", given, "(low, high) in nm")
         if pairs.shape == (2,):
             pairs = np.broadcast_to(pairs, (count, 2)).copy()
         if pairs.shape != (count, 2):

@@ -337,7 +337,9 @@ class Joint:
         sd = np.sqrt(np.diag(peak.covariance))
         reach = student(probability, 1e6)
         thickness = [float(one) for one in peak.x[: self.unknown]]
-        intervals = [(max(h - reach * s, 0.0), h + reach * s) for h, s in zip(thickness, sd, strict=False)]
+        intervals = [
+            (float(max(h - reach * s, 0.0)), float(h + reach * s)) for h, s in zip(thickness, sd, strict=False)
+        ]
         index = {}
         for place, which in enumerate(self.axes.index):
             shift, shift_sd = float(peak.x[self.unknown + place]), float(sd[self.unknown + place])

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from iridesce.arguments.operands import Floats
+from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import number, one_of
 
@@ -127,10 +127,7 @@ class Measurement:
 
 
 def _column(name: str, given: Any) -> Floats:
-    try:
-        found = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise refusal(name, "numbers", given) from None
+    found = plain_reals(name, given, "real numbers")
     if found.ndim != 1:
         raise refusal(name, "one axis", Words(f"shape {found.shape}"), must="have")
     return found

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce import _core
-from iridesce.arguments.operands import Floats
+from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.errors import ResourceError
 from iridesce.files.arrays import array_of, head_of
@@ -75,8 +75,10 @@ def _of_array(image: Any, name: str) -> Picture:
 
 def _checked(values: Any, name: str) -> Pixels:
     try:
-        array = np.asarray(values)
-    except ValueError:
+        # What is masked is not known: NaN, and left out.
+        is_masked = isinstance(values, np.ma.MaskedArray) and values.dtype.kind in "fiu"
+        array = np.asarray(np.ma.filled(values.astype(np.float32), np.nan) if is_masked else values)
+    except (TypeError, ValueError):
         raise refusal(name, "an array (height, width, 3)", Words(type(values).__name__)) from None
     if array.dtype.kind not in "fiu" or array.ndim != 3 or array.shape[2] != 3 or 0 in array.shape:
         raise refusal(
@@ -200,8 +202,8 @@ def clip_levels(picture: Picture, usable: Mask, given: Any, notes: list[str]) ->
     if given is None:
         return _piled_up(picture.pixels, usable, notes) if picture.full is None else picture.full
     try:
-        levels = np.broadcast_to(np.asarray(given, dtype=np.float64), (3,)).copy()
-    except (TypeError, ValueError):
+        levels = np.broadcast_to(plain_reals("clip", given, "one level or three, > 0"), (3,)).copy()
+    except ValueError:
         raise refusal("clip", "one level or three, > 0", given) from None
     if not (levels > 0.0).all():
         raise refusal("clip", "one level or three, > 0", given)

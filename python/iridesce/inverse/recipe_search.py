@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from iridesce.arguments.operands import Floats
+from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import number, one_of, whole
 from iridesce.color.film_tables import Conditions, FilmTable, film_tables
@@ -443,7 +443,7 @@ def _one_of_three(films: list[_Film], order: list[int]) -> list[int]:
 
 def _range(given: Any) -> tuple[float, float]:
     try:
-        low, high = (float(one) for one in given)
+        low, high = plain_reals("thickness_range_nm", given, "(low, high) in nm").tolist()
     except (TypeError, ValueError):
         raise refusal("thickness_range_nm", "(low, high) in nm", given) from None
     if not 0.0 <= low < high <= 10_000.0:
@@ -485,10 +485,7 @@ def _spread(sigma: Any, sigma_nm: Any) -> Callable[[Floats], Floats]:
 
 
 def _target(given: Any, space: str, white: Floats) -> Floats:
-    try:
-        values = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise refusal("target", "three numbers", given) from None
+    values = plain_reals("target", given, "three numbers")
     if values.shape != (3,) or not np.isfinite(values).all():
         raise refusal("target", "three finite numbers", given)
     lab = convert(values, space, "lab", white=white)

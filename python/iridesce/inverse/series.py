@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from iridesce.arguments.operands import Floats
+from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import number, one_of
 from iridesce.files.spectra import read_spectrum
@@ -361,15 +361,8 @@ def _read(wavelength_nm: npt.ArrayLike | None, spectra: Any) -> tuple[Floats, Fl
                 raise ValueError(f"{os.fspath(path)}: its wavelengths are not those of {os.fspath(paths[0])}")
         nm, values = np.asarray(read[0].wavelength_nm), np.array([one.measured for one in read])
     else:
-        try:
-            nm, values = np.asarray(wavelength_nm, dtype=np.float64), np.asarray(spectra, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise complaint(
-                "spectra must be numbers of one length each, (n, wavelengths)",
-                "spectra",
-                "numbers of one length each, (n, wavelengths)",
-                Words("others"),
-            ) from None
+        nm = plain_reals("wavelength_nm", wavelength_nm, "numbers, (wavelengths,)")
+        values = plain_reals("spectra", spectra, "numbers of one length each, (n, wavelengths)")
     if nm.ndim != 1 or values.ndim != 2 or values.shape[1] != nm.size or not len(values):
         raise refusal(
             "spectra", f"the shape (n, {nm.size}) for {nm.size} wavelengths", Words(values.shape), must="have"
@@ -389,10 +382,7 @@ def _read(wavelength_nm: npt.ArrayLike | None, spectra: Any) -> tuple[Floats, Fl
 def _times(given: npt.ArrayLike | None, count: int) -> Floats:
     if given is None:
         return np.arange(count, dtype=np.float64)
-    try:
-        times = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise refusal("time_s", "numbers", given) from None
+    times = plain_reals("time_s", given, "numbers")
     if times.shape != (count,):
         raise refusal("time_s", f"one time a spectrum ({count})", Words(f"shape {times.shape}"), must="have")
     if not np.isfinite(times).all() or np.any(np.diff(times) <= 0.0):

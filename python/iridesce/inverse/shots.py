@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce import _core
-from iridesce.arguments.operands import Floats
+from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import checked_threads, number
 from iridesce.inverse.model import Problem, read_problem
@@ -153,7 +153,7 @@ def read_setup(
 
 def _grid(given: Any) -> Floats:
     try:
-        low, high = (float(value) for value in given)
+        low, high = plain_reals("thickness_range_nm", given, "(low, high) in nm").tolist()
     except (TypeError, ValueError):
         raise refusal("thickness_range_nm", "(low, high) in nm", given) from None
     if not 0.0 <= low < high <= _THICKEST_NM:
@@ -197,10 +197,7 @@ def take(
 
 def _noise(picture: Picture, usable: Mask, given: Any) -> Floats:
     if given is not None:
-        try:
-            sd = np.asarray(given, dtype=np.float64)
-        except (TypeError, ValueError):
-            sd = np.zeros(0)
+        sd = plain_reals("noise", given, "one number or three, finite and > 0")
         if sd.shape not in ((), (3,)) or not (np.isfinite(sd).all() and (sd > 0.0).all()):
             raise refusal("noise", "one number or three, finite and > 0", given)
         return np.stack([np.broadcast_to(sd, (3,)) ** 2, np.zeros(3)], axis=1)
@@ -218,7 +215,7 @@ def _ties(points: Any, shape: tuple[int, int]) -> list[tuple[int, float]]:
     found = []
     for point in () if points is None else points:
         try:
-            x, y, nm = (float(value) for value in point)
+            x, y, nm = plain_reals("tie_points", point, "a list of (x, y, nm)").tolist()
         except (TypeError, ValueError):
             raise refusal("tie_points", "a list of (x, y, nm)", point) from None
         if not (0.0 <= x <= shape[1] - 1 and 0.0 <= y <= shape[0] - 1 and math.isfinite(nm) and nm >= 0.0):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from iridesce.arguments.operands import Floats
+from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.color import Camera, camera, cameras, convert, illuminant
 from iridesce.color.camera_tables import typical_cameras
@@ -55,10 +55,7 @@ class Angles:
 
 def read_angles(given: Any, shape: tuple[int, int], index: float) -> Angles:
     """Even steps of sin**2, in which a film's path is nearly even; within a step the path sets the thickness."""
-    try:
-        angle = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise refusal("angle_deg", "one number or one a pixel", given) from None
+    angle = plain_reals("angle_deg", given, "one number or one a pixel")
     if angle.shape not in ((), shape):
         raise refusal("angle_deg", f"one number or one a pixel {shape}", Words(f"shape {angle.shape}"))
     finite = np.isfinite(angle)

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from iridesce import _core
 from iridesce._notebook import facts_html
 from iridesce.arguments.refusals import Words, complaint, refusal
+from iridesce.errors import ArgumentError
 from iridesce.files.report import ReadReport, of_core
 from iridesce.files.whole import read_whole
 
@@ -434,7 +435,11 @@ def _shown(value: object) -> str:
 def _real_array(values: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
     """`values` as contiguous float64; not copied where they are that already."""
     try:
+        if isinstance(values, np.ma.MaskedArray):
+            raise refusal(name, "an array without a mask", Words("a masked array"))
         array = np.asarray(values)
+    except ArgumentError:
+        raise
     except ValueError:
         raise refusal(name, "numbers in an array or a scalar", Words("rows of different lengths")) from None
     if array.dtype.kind not in "fiu" and array.size != 0:

@@ -83,7 +83,9 @@ def _check_same(first: tuple[str, Image], second: tuple[str, Image]) -> None:
     a, b = _described(*first), _described(*second)
     for key, value in a.items():
         if b[key] != value:
-            was, other = _difference(value, b[key])
+            # Sizes and crops are told whole: "24 and 10" says nothing.
+            is_whole = key in ("size", "crop")
+            was, other = (str(value), str(b[key])) if is_whole else _difference(value, b[key])
             word = {"simd": "SIMD level"}.get(key, key)
             raise ValueError(f"{first[0]} and {second[0]} cannot be merged: {word} {was} and {other}")
 

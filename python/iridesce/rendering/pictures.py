@@ -196,10 +196,13 @@ def _wavelengths(value: npt.ArrayLike | None) -> list[float]:
         return []
     try:
         array = np.atleast_1d(np.asarray(value))
-        if array.dtype.kind not in "iuf" or array.ndim != 1 or not np.isfinite(array).all():
+        is_masked = isinstance(value, np.ma.MaskedArray)
+        if is_masked or array.dtype.kind not in "iuf" or array.ndim != 1 or not np.isfinite(array).all():
             raise ValueError
     except (TypeError, ValueError):
         raise refusal("spectral_nm", "ascending wavelengths in nm, (wavelengths,)", value) from None
+    if not array.size:
+        raise refusal("spectral_nm", "one wavelength at least, or None", value)
     return [float(nm) for nm in array]
 
 

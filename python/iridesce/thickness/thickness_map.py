@@ -14,6 +14,7 @@ from iridesce import _core
 from iridesce.arguments.operands import place
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import file_name, number
+from iridesce.errors import ArgumentError
 from iridesce.files.report import ReadReport, of_core
 
 if TYPE_CHECKING:
@@ -308,10 +309,19 @@ def _false_colors(thickness_nm: NDArray[np.float64]) -> bytes:
 def array(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Real numbers as float64, or ValueError naming them."""
     try:
+        if isinstance(values, np.ma.MaskedArray):
+            raise complaint(
+                f"{name} must not be a masked array: fill or drop the masked entries",
+                name,
+                "an array without a mask",
+                Words("a masked array"),
+            )
         found = np.asarray(values)
         if found.dtype.kind not in "fiu":
             raise TypeError
         return found.astype(np.float64, copy=False)
+    except ArgumentError:
+        raise
     except (TypeError, ValueError):
         raise refusal(name, "real numbers", values) from None
 

@@ -50,6 +50,21 @@ def test_a_closed_stderr_is_no_failure() -> None:
     assert done.returncode == 0 and len(done.stdout.split()) == 3
 
 
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-8"])
+def test_letters_that_a_terminal_does_not_have_are_no_failure(encoding: str, tmp_path: Path) -> None:
+    """`media` cuts long lines by an ellipsis; names of files may hold any letters, and bytes that are none."""
+    environment = {**os.environ, "PYTHONIOENCODING": encoding, "COLUMNS": "40"}
+    done = run("media", stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment, encoding=encoding)
+    assert done.returncode == 0 and not done.stderr, done.stderr
+    assert ("\\u2026" if encoding != "utf-8" else "\u2026") in done.stdout
+    command = [sys.executable, "-m", "iridesce", "lut", "air / soap ? / air", "--vary", "0:100", "--json"]
+    for name in ("\u5149.cube", *(["b\udcf6se.cube"] if sys.platform == "linux" else [])):
+        answer = subprocess.run(
+            [*command, "-o", name], stdout=subprocess.PIPE, env=environment, cwd=tmp_path, check=False, timeout=120
+        )
+        assert answer.returncode == 0 and (tmp_path / name).exists()
+
+
 # --- what users type
 
 

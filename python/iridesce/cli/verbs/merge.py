@@ -28,4 +28,6 @@ def verb(
     image.save(output)
     print(output)
     samples = image.channels["samples"]
-    note(f"{image.width} x {image.height} pixels, {int(samples.min())} to {int(samples.max())} samples a pixel")
+    least, most = int(samples.min()), int(samples.max())
+    count = f"{most}" if least == most else f"{least} to {most}"
+    note(f"{image.width} x {image.height} pixels, {count} samples a pixel")

@@ -133,7 +133,10 @@ def _summary(image: Image, seconds: float) -> str:
     if isinstance(share, float) and share > 0.0:
         pixels = "all pixels" if share == 1.0 else f"{100.0 * share:.1f} % of the pixels"
         always = ", as monochromatic light always does," if _is_monochromatic(metadata.get("scene")) else ""
-        text += f"; {pixels} lie outside sRGB{always} (hue kept in the .png)"
+        # (An .exr holds colours as they are; the share is that of a .png in sRGB.)
+        space = {"display-p3": "Display P3", "rec2020": "Rec.2020"}.get(str(metadata.get("space", "srgb")), "sRGB")
+        told = {"hue": " (hue kept in the .png)", "clip": " (cut off in the .png)"}[str(metadata.get("gamut", "hue"))]
+        text += f"; {pixels} lie outside {space}{always}{told}"
     return text
 
 
