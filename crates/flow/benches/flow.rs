@@ -6,15 +6,19 @@
 //!
 //! Each pass stands beside its bound: the bytes that it must move through memory, at the rate that this run measures, and
 //! then its operations, at the rate of this run in vectors that stay in registers. docs/guide/living-films.md says more.
+//!
+//! `cargo bench -p iridesce-flow -- previews`: what a picture of a preview costs, on one thread as in a browser.
 
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use iridesce_flow::{Film, Parameters};
+use iridesce_flow::{Film, PRESETS, Parameters};
 
 const SIZES: [(usize, usize); 3] = [(256, 60), (512, 30), (1024, 20)];
 const START_S: f64 = 0.1;
 const STEP_S: f64 = 5e-3;
+/// Of a preview.
+const PICTURES: u32 = 60;
 
 /// Seconds since the program first asked.
 fn clock() -> f64 {
@@ -118,7 +122,44 @@ fn passes(columns: usize) -> [Pass; 5] {
     ]
 }
 
+/// Time that the processor spent so far where that can be known, which other work on a machine changes little, s.
+fn spent() -> f64 {
+    busy().unwrap_or_else(clock)
+}
+
+/// Thirty pictures a second of each preview, after its first second.
+fn previews() {
+    println!(
+        "ms of processor time a picture of 1/30 s, median; sub-steps, iterations of its last step; ms of each part"
+    );
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    for preset in PRESETS.iter().filter(|name| name.ends_with("-preview")) {
+        pool.install(|| {
+            let mut film = Film::new(Parameters::preset(preset).expect("a preset")).expect("a film");
+            film.time_with(spent);
+            film.advance_to(1.0).expect("it flows");
+            let before = film.spent();
+            let times: Vec<f64> = (1..=PICTURES)
+                .map(|k| {
+                    let start = spent();
+                    film.advance_to(1.0 + f64::from(k) / 30.0).expect("it flows");
+                    (spent() - start) * 1e3
+                })
+                .collect();
+            let (substeps, iterations) = film.effort();
+            print!("{preset:<29} {:5.2} ms; {substeps:>2}, {iterations};", median(times));
+            for ((name, before), (_, after)) in before.into_iter().zip(film.spent()) {
+                print!(" {name} {:.2}", (after - before) * 1e3 / f64::from(PICTURES));
+            }
+            println!();
+        });
+    }
+}
+
 fn main() {
+    if std::env::args().any(|word| word == "previews") {
+        return previews();
+    }
     let only = std::env::args().find_map(|word| word.parse::<usize>().ok());
     let rates = [1, 2].map(|threads| (memory(threads), operations(threads)));
     for (threads, (bytes, operations)) in [1, 2].into_iter().zip(rates) {

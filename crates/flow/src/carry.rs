@@ -6,12 +6,12 @@
 
 use std::f64::consts::TAU;
 
-use iridesce_numerics::turns::atan2_fast;
-use iridesce_numerics::vector::{along, dot, unit};
+use iridesce_numerics::vector::along;
 use rayon::prelude::*;
 
-use crate::grid::{Edge, Grid, Kind, PAD, Padded, floor};
+use crate::grid::{Edge, Grid, Kind, PAD, Padded};
 use crate::near::{self, LONGEST, MOST_TURN, Scale, Site, Ways};
+use crate::polar::{self, Circle, Displacements};
 
 /// Room for a trace.
 pub struct Carry {
@@ -24,18 +24,11 @@ pub struct Carry {
     ways: [Vec<f64>; 2],
     /// Velocity near the poles, Cartesian, m/s, with ghosts.
     velocity: Vec<[f64; 3]>,
-    /// From the middles of cells near the poles to where they came from, in radii.
-    displacement: Vec<[f64; 3]>,
+    /// From the middles of cells near the poles to where they came from, in radii, part by part.
+    displacement: [Vec<f64>; 3],
     /// Rows next to either pole that are traced there, above and below.
     caps: [usize; 2],
     scale: Scale,
-}
-
-/// Where something came from, in cells from the upper left corner; on a sphere also the point itself.
-struct Origin {
-    row: f64,
-    column: f64,
-    point: [f64; 3],
 }
 
 impl Carry {
@@ -54,7 +47,7 @@ impl Carry {
             local: vec![[0.0; 2]; (grid.rows + 2 * PAD) * stride],
             ways: [vec![0.0; grid.cells()], vec![0.0; grid.cells()]],
             velocity: vec![[0.0; 3]; sphere * (grid.rows + 2 * PAD) * stride],
-            displacement: vec![[0.0; 3]; sphere * grid.cells()],
+            displacement: std::array::from_fn(|_| vec![0.0; sphere * grid.cells()]),
             caps: [0; 2],
             scale: Scale {
                 plane: grid.is_plane(),
@@ -141,35 +134,18 @@ impl Carry {
             });
         self.fill_ghosts(grid);
         let velocity = &self.velocity;
-        let at = |origin: &Origin| -> [f64; 3] {
-            let (row, column) = (origin.row - 0.5, origin.column - 0.5);
-            let (i, j) = (floor(row), floor(column));
-            let (f, g) = (row - i, column - j);
-            let start = (i as isize + PAD as isize) as usize * stride + (j as isize + PAD as isize) as usize;
-            let corner = |k: usize| velocity[start + k];
-            let mut sum = [0.0; 3];
-            for (k, w) in [(0, (1.0 - f) * (1.0 - g)), (1, (1.0 - f) * g), (stride, f * (1.0 - g)), (stride + 1, f * g)]
-            {
-                sum = along(sum, corner(k), w);
-            }
-            sum
-        };
-        self.displacement.par_chunks_exact_mut(n).enumerate().with_min_len(4).for_each(|(i, out)| {
-            if !near_pole(i, 0) {
-                return;
-            }
-            for (j, out) in out.iter_mut().enumerate() {
-                let here = velocity[(i + PAD) * stride + PAD + j];
-                let x = grid.place(i, j);
-                let mut middle = unit(along(x, here, -half));
-                for _ in 0..2 {
-                    let v = at(&grid.origin(middle));
-                    middle = unit(along(x, v, -half));
+        let [x, y, z] = &mut self.displacement;
+        x.par_chunks_exact_mut(n)
+            .zip(y.par_chunks_exact_mut(n))
+            .zip(z.par_chunks_exact_mut(n))
+            .enumerate()
+            .with_min_len(4)
+            .for_each(|(i, ((x, y), z))| {
+                if near_pole(i, 0) {
+                    let circle = Circle { polar: grid.polar[i], azimuth: &grid.azimuth };
+                    wide!(polar::trace(i, &circle, &scale, velocity, half, [&mut x[..], &mut y[..], &mut z[..]]));
                 }
-                let turn = 2.0 * dot(x, middle);
-                *out = [turn * middle[0] - 2.0 * x[0], turn * middle[1] - 2.0 * x[1], turn * middle[2] - 2.0 * x[2]];
-            }
-        });
+            });
     }
 
     /// The rows of velocity beyond the edges: across a pole they are rows of the grid, beyond a wall a straight line.
@@ -200,7 +176,7 @@ impl Carry {
     /// Carries a number at the middles of cells along the last trace.
     pub fn scalar(&mut self, grid: &Grid, values: &mut [f64]) {
         self.scalar.fill(grid, Kind::Scalar, values);
-        let Carry { scalar: field, displacement, scale, .. } = &*self;
+        let Carry { scalar: field, scale, .. } = &*self;
         let n = grid.columns;
         let lower = grid.rows - self.caps[1];
         values.par_chunks_exact_mut(n).enumerate().with_min_len(4).for_each(|(i, out)| {
@@ -209,16 +185,18 @@ impl Carry {
                 wide!(near::scalar(&site, scale, field, [self.way(i, n), self.way(i, n)], out));
                 return;
             }
-            for (j, out) in out.iter_mut().enumerate() {
-                let origin = grid.origin(along(grid.place(i, j), displacement[i * n + j], 1.0));
-                *out = field.cubic(origin.row - 0.5, origin.column - 0.5);
-            }
+            let circle = Circle { polar: grid.polar[i], azimuth: &grid.azimuth };
+            wide!(polar::scalar(&circle, scale, field, self.displaced(i, n), out));
         });
     }
 
     fn way(&self, row: usize, columns: usize) -> Ways<'_> {
         let [down, across] = &self.ways;
         Ways { down: &down[row * columns..(row + 1) * columns], across: &across[row * columns..(row + 1) * columns] }
+    }
+
+    fn displaced(&self, row: usize, columns: usize) -> Displacements<'_> {
+        self.displacement.each_ref().map(|part| &part[row * columns..(row + 1) * columns])
     }
 
     /// Another velocity to be carried along the last trace.
@@ -230,19 +208,9 @@ impl Carry {
     /// Carries the velocity of the last trace along itself.
     pub fn velocity(&self, grid: &Grid, down: &mut [f64], across: &mut [f64]) {
         let n = grid.columns;
-        let Carry { down: v, across: u, displacement, scale, .. } = self;
+        let Carry { down: v, across: u, scale, .. } = self;
         let [top, bottom] = self.caps;
         let lower = grid.rows - bottom;
-        // The velocity at an origin, seen from `x` after its way along the great circle.
-        let arrived = |origin: &Origin, x: [f64; 3]| -> [f64; 3] {
-            let (v, u) = (v.cubic(origin.row, origin.column - 0.5), u.cubic(origin.row - 0.5, origin.column - 1.0));
-            let p = origin.point;
-            let s = (p[0] * p[0] + p[1] * p[1]).sqrt();
-            let (cp, sp) = (p[0] / s, p[1] / s);
-            let w = [v * p[2] * cp - u * sp, v * p[2] * sp + u * cp, -v * s];
-            let share = dot(w, x) / (1.0 + dot(p, x));
-            [w[0] - share * (p[0] + x[0]), w[1] - share * (p[1] + x[1]), w[2] - share * (p[2] + x[2])]
-        };
         down[n..grid.rows * n].par_chunks_exact_mut(n).enumerate().with_min_len(4).for_each(|(i, out)| {
             let i = i + 1;
             if i > top && i < lower || scale.plane {
@@ -250,40 +218,33 @@ impl Carry {
                 wide!(near::velocity(&site, scale, [v, u], [self.way(i - 1, n), self.way(i, n)], 0, out));
                 return;
             }
-            for (j, out) in out.iter_mut().enumerate() {
-                let (a, b) = (displacement[(i - 1) * n + j], displacement[i * n + j]);
-                let d = [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0, (a[2] + b[2]) / 2.0];
-                let x = grid.place_above(i, j);
-                let ([s, c], [sp, cp]) = (grid.polar_side[i], grid.azimuth[j]);
-                let w = arrived(&grid.origin(unit(along(x, d, 1.0))), x);
-                *out = dot(w, [c * cp, c * sp, -s]);
-            }
+            let circle = Circle { polar: grid.polar_side[i], azimuth: &grid.azimuth };
+            wide!(polar::velocity(&circle, scale, [v, u], [self.displaced(i - 1, n), self.displaced(i, n)], 0, out));
         });
         across.par_chunks_exact_mut(n).enumerate().with_min_len(4).for_each_init(
-            || (vec![0.0; n], vec![0.0; n]),
-            |(next_down, next_across), (i, out)| {
+            || std::array::from_fn::<Vec<f64>, 3, _>(|_| vec![0.0; n]),
+            |next, (i, out)| {
+                let shift = |next: &mut [f64], own: &[f64]| {
+                    next[..n - 1].copy_from_slice(&own[1..]);
+                    next[n - 1] = own[0];
+                };
                 if (top..lower).contains(&i) {
                     let own = self.way(i, n);
-                    for (next, own) in [(&mut *next_down, own.down), (&mut *next_across, own.across)] {
-                        next[..n - 1].copy_from_slice(&own[1..]);
-                        next[n - 1] = own[0];
-                    }
+                    let [down, across, _] = next;
+                    shift(down, own.down);
+                    shift(across, own.across);
                     let site = Site { row: i as f64 + 0.5, column: 1.0, polar: grid.polar[i] };
-                    let next = Ways { down: next_down, across: next_across };
-                    wide!(near::velocity(&site, scale, [v, u], [own, next], 1, out));
+                    wide!(near::velocity(&site, scale, [v, u], [own, Ways { down, across }], 1, out));
                     if !grid.closes() {
                         out[n - 1] = 0.0;
                     }
                     return;
                 }
-                for (j, out) in out.iter_mut().enumerate() {
-                    let (a, b) = (displacement[i * n + j], displacement[i * n + if j + 1 == n { 0 } else { j + 1 }]);
-                    let d = [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0, (a[2] + b[2]) / 2.0];
-                    let x = grid.place_right(i, j);
-                    let [sp, cp] = grid.azimuth_side[j];
-                    let w = arrived(&grid.origin(unit(along(x, d, 1.0))), x);
-                    *out = dot(w, [-sp, cp, 0.0]);
-                }
+                let own = self.displaced(i, n);
+                next.iter_mut().zip(own).for_each(|(next, own)| shift(next, own));
+                let circle = Circle { polar: grid.polar[i], azimuth: &grid.azimuth_side };
+                let next: Displacements<'_> = next.each_ref().map(|next| &next[..]);
+                wide!(polar::velocity(&circle, scale, [v, u], [own, next], 1, out));
             },
         );
     }
@@ -320,17 +281,4 @@ fn middles(above: &[f64], below: &[f64], right: &[f64], out: &mut [[f64; 2]]) ->
         most[j % 8] = if square > most[j % 8] { square } else { most[j % 8] };
     }
     most.into_iter().fold(0.0, f64::max)
-}
-
-impl Grid {
-    /// Where a point of the sphere lies among the cells.
-    #[inline]
-    fn origin(&self, point: [f64; 3]) -> Origin {
-        let n = self.columns as f64;
-        let polar = atan2_fast((point[0] * point[0] + point[1] * point[1]).sqrt(), point[2]);
-        let (row, column) = (polar * self.radius / self.dy, atan2_fast(point[1], point[0]) * (n / TAU));
-        let turns = floor(column / n);
-        // Rounding could leave the last column's far side.
-        Origin { row: row.clamp(0.0, self.rows as f64), column: (column - turns * n).min(n), point }
-    }
 }

@@ -268,20 +268,6 @@ impl Padded {
             }
         });
     }
-
-    /// Cubic Lagrange interpolation, rows and columns counted from the first value.
-    #[inline]
-    pub fn cubic(&self, row: f64, column: f64) -> f64 {
-        let (i, j) = (floor(row), floor(column));
-        let (wi, wj) = (lagrange(row - i), lagrange(column - j));
-        let start = (i as isize + PAD as isize - 1) as usize * self.stride + (j as isize + PAD as isize - 1) as usize;
-        let mut sum = 0.0;
-        for (k, weight) in wi.iter().enumerate() {
-            let taps = &self.data[start + k * self.stride..start + k * self.stride + 4];
-            sum += weight * (wj[0] * taps[0] + wj[1] * taps[1] + wj[2] * taps[2] + wj[3] * taps[3]);
-        }
-        sum
-    }
 }
 
 /// Rows of ghosts above and below.
@@ -351,10 +337,4 @@ fn source(grid: &Grid, kind: Kind, row: isize, rows: isize) -> (usize, usize, f6
 pub fn floor(x: f64) -> f64 {
     let whole = x as i64 as f64;
     if whole > x { whole - 1.0 } else { whole }
-}
-
-#[inline]
-fn lagrange(f: f64) -> [f64; 4] {
-    let (a, b, c) = (f + 1.0, f - 1.0, f - 2.0);
-    [-f * b * c / 6.0, a * b * c / 2.0, -a * f * c / 2.0, a * f * b / 6.0]
 }

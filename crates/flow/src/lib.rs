@@ -20,6 +20,7 @@ mod films;
 mod grid;
 mod near;
 mod parameters;
+mod polar;
 mod spectral;
 mod start;
 mod tension;

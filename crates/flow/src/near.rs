@@ -10,7 +10,7 @@ use iridesce_numerics::interpolation::lagrange;
 use crate::grid::{PAD, Padded};
 
 /// Points that are traced side by side.
-const BLOCK: usize = 32;
+pub const BLOCK: usize = 32;
 /// Longest way in radii, and largest tangent of the turn about the axis: the series are then good to 1e-10.
 pub const LONGEST: f64 = 0.17;
 pub const MOST_TURN: f64 = 0.3;
@@ -44,10 +44,10 @@ pub struct Ways<'a> {
 }
 
 /// Ends of the ways of a block of points: where, and the tangent of half the turn of a vector.
-struct Ends {
-    row: [f64; BLOCK],
-    column: [f64; BLOCK],
-    turn: [f64; BLOCK],
+pub struct Ends {
+    pub row: [f64; BLOCK],
+    pub column: [f64; BLOCK],
+    pub turn: [f64; BLOCK],
 }
 
 /// Tangent of half an angle of sine `y`.
@@ -112,7 +112,7 @@ fn turned(v: f64, u: f64, turn: f64) -> [f64; 2] {
 
 /// Whole part, as a number and as an index, of numbers below 2^31.
 #[inline(always)]
-fn whole(x: f64) -> (f64, usize) {
+pub fn whole(x: f64) -> (f64, usize) {
     // Adding and taking away 1.5 * 2^52 rounds to the nearest whole number, whose bits are then the lowest.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     let near = (x + ROUND) - ROUND;
@@ -122,7 +122,7 @@ fn whole(x: f64) -> (f64, usize) {
 
 /// Row, kept within the grid, and column, too, or brought back into the first turn.
 #[inline(always)]
-fn within(scale: &Scale, row: f64, column: f64) -> [f64; 2] {
+pub fn within(scale: &Scale, row: f64, column: f64) -> [f64; 2] {
     let row = if row < 0.0 { 0.0 } else { row };
     let row = if row > scale.rows { scale.rows } else { row };
     if !scale.closes {
@@ -213,7 +213,7 @@ fn ends(site: &Site, scale: &Scale, ways: [Ways<'_>; 2], first: usize) -> Ends {
 
 /// Cubic interpolation of a block of points; `shift` is where the first value lies, in rows and columns.
 #[inline(always)]
-fn cubic(field: &Padded, ends: &Ends, shift: [f64; 2], count: usize) -> [f64; BLOCK] {
+pub fn cubic(field: &Padded, ends: &Ends, shift: [f64; 2], count: usize) -> [f64; BLOCK] {
     let stride = field.stride;
     let (mut start, mut across, mut down) = ([0; BLOCK], [[0.0; BLOCK]; 4], [[0.0; BLOCK]; 4]);
     for k in 0..BLOCK {

@@ -289,6 +289,15 @@ fn leaving(c: f64, left: f64, right: f64, share: f64) -> f64 {
     right - 0.5 * share * (right - left - (1.0 - 2.0 / 3.0 * share) * bend)
 }
 
+/// Whole turns and the column of a place on a ring of `n`: seldom more than a turn away, so that nothing is divided.
+#[inline(always)]
+fn around(k: isize, n: usize) -> (isize, usize) {
+    let n = n as isize;
+    let turns = isize::from(k >= n) - isize::from(k < 0);
+    let at = k - turns * n;
+    if (0..n).contains(&at) { (turns, at as usize) } else { (k.div_euclid(n), k.rem_euclid(n) as usize) }
+}
+
 /// Room for one parallel.
 #[derive(Default)]
 struct Row {
@@ -335,7 +344,7 @@ impl Row {
                 let left = floor(from);
                 let share = from - left;
                 let (left, right) = if closes {
-                    let left = (left as isize).rem_euclid(n as isize) as usize;
+                    let (_, left) = around(left as isize, n);
                     (left, if left + 1 == n { 0 } else { left + 1 })
                 } else {
                     // No way leads beyond a border; half a cell next to it is its own mirror image.
@@ -412,7 +421,10 @@ impl Row {
         }
         let (total, sums) = (sum, &self.sums);
         // Sum of the cells before `k`, which may lie any number of turns away.
-        let up_to = |k: isize| total * k.div_euclid(n as isize) as f64 + sums[k.rem_euclid(n as isize) as usize];
+        let up_to = |k: isize| {
+            let (turns, k) = around(k, n);
+            total * turns as f64 + sums[k]
+        };
         for j in 0..n {
             let courant = u[j] * rate;
             let passing = floor(courant.abs());
@@ -420,7 +432,7 @@ impl Row {
             let cells = passing as isize;
             // The first cell that is not passed whole.
             let (k, forward) = if courant > 0.0 { (j as isize - cells, true) } else { (j as isize + 1 + cells, false) };
-            let at = k.rem_euclid(n as isize) as usize;
+            let (_, at) = around(k, n);
             let (left, right) = (lefts[at + 1], rights[at + 1]);
             let (from, to) = if forward { (left, right) } else { (right, left) };
             let mut passed = share * leaving(row[at], from, to, share);

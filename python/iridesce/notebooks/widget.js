@@ -1205,11 +1205,12 @@ var ut = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 	}
 }, mt = class {
 	constructor(e, t) {
-		this.canvas = e, this.kind = "webgl2", this.textures = /* @__PURE__ */ new Map(), this.places = /* @__PURE__ */ new Map(), this.geometry = null, this.table = null, this.drafted = null, this.hasDraft = !1;
+		this.canvas = e, this.kind = "webgl2", this.textures = /* @__PURE__ */ new Map(), this.held = /* @__PURE__ */ new Map(), this.corners = /* @__PURE__ */ new Float32Array(), this.places = /* @__PURE__ */ new Map(), this.geometry = null, this.table = null, this.drafted = null, this.hasDraft = !1;
 		let n = e.getContext("webgl2", {
 			antialias: !1,
 			alpha: !1,
-			preserveDrawingBuffer: !0
+			preserveDrawingBuffer: !0,
+			desynchronized: !0
 		});
 		if (!n) throw Error("no WebGL2 here");
 		this.gl = n;
@@ -1254,7 +1255,9 @@ var ut = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 			[a.RGB32F, a.RGB],
 			[a.RGBA32F, a.RGBA]
 		][r - 1];
-		a.activeTexture(a.TEXTURE0 + [...this.textures.keys()].indexOf(e)), a.bindTexture(a.TEXTURE_2D, this.textures.get(e)), a.pixelStorei(a.UNPACK_ALIGNMENT, 4), a.texImage2D(a.TEXTURE_2D, 0, s, t, n, 0, c, a.FLOAT, i);
+		a.activeTexture(a.TEXTURE0 + [...this.textures.keys()].indexOf(e)), a.bindTexture(a.TEXTURE_2D, this.textures.get(e)), a.pixelStorei(a.UNPACK_ALIGNMENT, 4);
+		let l = `${t} ${n} ${r}`;
+		this.held.get(e) === l ? a.texSubImage2D(a.TEXTURE_2D, 0, 0, 0, t, n, c, a.FLOAT, i) : a.texImage2D(a.TEXTURE_2D, 0, s, t, n, 0, c, a.FLOAT, i), this.held.set(e, l);
 	}
 	setGeometry(e) {
 		let t = this.gl;
@@ -1280,7 +1283,9 @@ var ut = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 		t.uniform3f(this.place("over_white"), 1 / c, 1 / l, 1 / u);
 	}
 	setField(e) {
-		let { columns: t, rows: n, thickness_nm: r } = e, i = new Float32Array(t * n * 4);
+		let { columns: t, rows: n, thickness_nm: r } = e;
+		this.corners.length !== t * n * 4 && (this.corners = new Float32Array(t * n * 4));
+		let { corners: i } = this;
 		for (let e = 0; e < n; e++) {
 			let [a, o] = [e * t, (e + 1) % n * t];
 			for (let e = 0; e < t; e++) {

@@ -156,6 +156,9 @@ class GlPainter implements Painter {
   private readonly gl: WebGL2RenderingContext;
   private readonly program: WebGLProgram;
   private readonly textures = new Map<string, WebGLTexture>();
+  /** Width, height and channels of what each holds: another picture of that kind needs no other memory. */
+  private readonly held = new Map<string, string>();
+  private corners = new Float32Array(0);
   private readonly places = new Map<string, WebGLUniformLocation | null>();
   private geometry: Geometry | null = null;
   private table: Table | null = null;
@@ -165,7 +168,8 @@ class GlPainter implements Painter {
   private readonly lost: (event: Event) => void;
 
   constructor(private readonly canvas: HTMLCanvasElement, lost: () => void) {
-    const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, preserveDrawingBuffer: true });
+    // Not in step with the rest of the page, which would all be put together anew for each picture of a living film.
+    const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, preserveDrawingBuffer: true, desynchronized: true });
     if (!gl) throw new Error("no WebGL2 here");
     this.gl = gl;
     const named = gl.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER;
@@ -208,7 +212,10 @@ class GlPainter implements Painter {
     gl.activeTexture(gl.TEXTURE0 + [...this.textures.keys()].indexOf(name));
     gl.bindTexture(gl.TEXTURE_2D, this.textures.get(name) as WebGLTexture);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
-    gl.texImage2D(gl.TEXTURE_2D, 0, internal, width, height, 0, format, gl.FLOAT, data);
+    const kind = `${width} ${height} ${channels}`;
+    if (this.held.get(name) === kind) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, format, gl.FLOAT, data);
+    else gl.texImage2D(gl.TEXTURE_2D, 0, internal, width, height, 0, format, gl.FLOAT, data);
+    this.held.set(name, kind);
   }
 
   setGeometry(geometry: Geometry): void {
@@ -264,7 +271,8 @@ class GlPainter implements Painter {
 
   setField(field: Field): void {
     const { columns, rows, thickness_nm } = field;
-    const corners = new Float32Array(columns * rows * 4);
+    if (this.corners.length !== columns * rows * 4) this.corners = new Float32Array(columns * rows * 4);
+    const { corners } = this;
     for (let row = 0; row < rows; row++) {
       // The first row after the last, for fields that repeat downwards: others never look there.
       const [here, below] = [row * columns, ((row + 1) % rows) * columns];

@@ -95,7 +95,7 @@ fn zonal(columns: usize, step_s: f64, time_order: f64) -> f64 {
         }
     });
     let grid = Grid::new(BUBBLE, columns, columns / 2);
-    film.advance_to(0.5).unwrap();
+    alone(|| film.advance_to(0.5)).unwrap();
     let state = film.state();
     let error = (0..grid.cells()).map(|k| (state.across[k] - speed * grid.polar[k / columns][0]).abs());
     error.chain(state.down.iter().map(|v| v.abs())).fold(0.0, f64::max) / speed
@@ -146,7 +146,7 @@ fn harmonics_decay_and_rotation_does_not() {
             stream(grid, state, |polar, turn| 1e-9 * shape(polar) * (f64::from(m) * turn).cos());
         });
         let before = kinetic(&grid, film.state());
-        film.advance_to(0.2).unwrap();
+        alone(|| film.advance_to(0.2)).unwrap();
         let decay = (before / kinetic(&grid, film.state())).ln() / 0.4;
         let law = nu * (l * (l + 1.0) - 2.0) / (0.025 * 0.025);
         // Backward Euler decays by 1 / (1 + rate dt).
@@ -184,7 +184,7 @@ fn air_stops_a_film() {
         stream(grid, state, |polar, turn| 1e-7 * polar.sin().powi(4) * polar.cos() * (4.0 * turn).cos());
     });
     let before = kinetic(&grid, film.state());
-    film.advance_to(0.02).unwrap();
+    alone(|| film.advance_to(0.02)).unwrap();
     let decay = (before / kinetic(&grid, film.state())).ln() / 0.04;
     println!("air drag: rate {decay:.4} /s, law {:.4} /s", c / 1e-3);
     // Backward Euler: half a step's worth of the rate, 0.5 %.
@@ -205,7 +205,7 @@ fn a_film_at_rest_carries_its_own_weight() {
             ..bare(BUBBLE, 64, 32)
         };
         let mut film = film(p, |_, state| state.s.fill(0.0));
-        film.advance_to(0.5).unwrap();
+        alone(|| film.advance_to(0.5)).unwrap();
         let grid = Grid::new(BUBBLE, 64, 32);
         let h = &film.state().h;
         // h (1 + z / H) is the thickness at z = 0, where H follows from it.
@@ -254,7 +254,7 @@ fn layered(columns: usize, b: f64, until: f64) -> (f64, Vec<f64>) {
     let mut seen = Vec::new();
     let steps = 60;
     for step in 0..=steps {
-        film.advance_to(until * f64::from(step) / f64::from(steps)).unwrap();
+        alone(|| film.advance_to(until * f64::from(step) / f64::from(steps))).unwrap();
         // Velocity down along the middle row, sine part: the mode as it is now.
         let n = grid.columns;
         let row = &film.state().down[rows / 2 * n..(rows / 2 + 1) * n];
@@ -436,18 +436,18 @@ fn a_patch_rises_as_fast_as_air_lets_it() {
                 .collect();
             (p.density * (9.81 * grid.integral(&weight) + grid.integral(&kinetic)), grid.integral(&drag))
         };
-        film.advance_to(0.1).unwrap();
+        alone(|| film.advance_to(0.1)).unwrap();
         let (start, mut last) = energy(&film);
         let mut lost = 0.0;
         for step in 51..=100 {
-            film.advance_to(f64::from(step) * 2e-3).unwrap();
+            alone(|| film.advance_to(f64::from(step) * 2e-3)).unwrap();
             let now = energy(&film).1;
             lost += (last + now) / 2.0 * 2e-3;
             last = now;
         }
         let given = start - energy(&film).0;
         let mut sticky = self::film(Parameters { viscosity: 1.5e-3, surface_viscosity: 1e-8, ..p.clone() }, patch);
-        sticky.advance_to(0.2).unwrap();
+        alone(|| sticky.advance_to(0.2)).unwrap();
         let fastest = sticky.state().down.iter().fold(0.0_f64, |most, v| most.max(-v)) * 100.0;
         println!(
             "patch of {radius_mm} mm in {thickness_nm} nm: {fastest:.2} cm/s, reference {expected}; drag takes {:.3} of the weight given up",

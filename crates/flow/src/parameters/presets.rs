@@ -99,13 +99,16 @@ impl Parameters {
             bottom_meniscus_m: 1.24e-3,
             ..dome.clone()
         };
-        // Previews: as fine as one core can show in real time at 30 pictures/s, steps of a picture or half of one. Patches
-        // have 4 cells a radius; what regenerates does not depend on their size. They do not burst while one looks on.
+        // Previews: as fine as one core can show in real time at 30 pictures/s, a step a picture. Those of second order are
+        // as near to their limit as with steps of first order of half a picture; where a step of first order was a picture
+        // already, two pictures of second order would be further from it. Patches have 4 cells a radius; what regenerates
+        // does not depend on their size. They do not burst while one looks on.
         let dome_preview = |columns: usize| Parameters {
             patch_m: 0.64 / columns as f64,
             noise_longest_m: 0.025 / 4.0,
             noise_shortest_m: 0.16 / columns as f64,
-            step_s: if columns < 256 { 1.0 / 30.0 } else { 1.0 / 60.0 },
+            step_s: 1.0 / 30.0,
+            time_order: if columns < 256 { 1.0 } else { 2.0 },
             tolerance: 1e-3,
             rupture_m: 0.0,
             ..dome.clone().with_columns(columns)
