@@ -27,12 +27,12 @@ impl Circle<'_> {
     #[inline(always)]
     fn points(&self, first: usize) -> (Points, usize) {
         let ([s, c], count) = (self.polar, BLOCK.min(self.azimuth.len() - first));
-        let mut out = [[0.0; BLOCK]; 3];
+        let (mut x, mut y) = ([0.0; BLOCK], [0.0; BLOCK]);
         for k in 0..BLOCK {
             let [sin, cos] = self.azimuth[first + if k < count { k } else { 0 }];
-            (out[0][k], out[1][k], out[2][k]) = (s * cos, s * sin, c);
+            (x[k], y[k]) = (s * cos, s * sin);
         }
-        (out, count)
+        ([x, y, [c; BLOCK]], count)
     }
 }
 
@@ -61,8 +61,9 @@ fn ahead(a: &Points, b: &Points, factor: f64) -> Points {
 #[inline(always)]
 fn cells(scale: &Scale, points: &Points) -> Ends {
     let mut out = Ends { row: [0.0; BLOCK], column: [0.0; BLOCK], turn: [0.0; BLOCK] };
+    let [x, y, z] = points;
     for k in 0..BLOCK {
-        let [x, y, z] = [points[0][k], points[1][k], points[2][k]];
+        let (x, y, z) = (x[k], y[k], z[k]);
         let (polar, azimuth) = (atan2_fast((x * x + y * y).sqrt(), z), atan2_fast(y, x));
         [out.row[k], out.column[k]] = within(scale, polar * scale.each[0], azimuth * scale.each[1]);
     }
