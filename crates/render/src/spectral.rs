@@ -330,20 +330,42 @@ impl Bands {
 
     /// The place that a point of the unit square chooses.
     #[inline(always)]
-    pub fn choose(&self, (a, b): (f64, f64)) -> f64 {
+    pub fn choose(&self, point: (f64, f64)) -> f64 {
+        let (group, moved) = self.choose_group(point);
+        self.place(group, moved)
+    }
+
+    /// The group that a point of the unit square chooses, and by how much its place lies beside its node.
+    #[inline(always)]
+    pub fn choose_group(&self, (a, b): (f64, f64)) -> (usize, f64) {
         let at = self.groups.partition_point(|group| group.until <= a).min(self.groups.len() - 1);
         let group = &self.groups[at];
-        let node = group.nodes.start;
+        // What is left of the first number is as good as another: the sum of two spreads like a tent over the neighbours.
+        let left = ((a - group.until) / group.chance + 1.0).clamp(0.0, 1.0);
+        (at, left + b - 1.0)
+    }
+
+    /// A place beside the node of a group; lines are places of their own.
+    #[inline(always)]
+    pub fn place(&self, group: usize, moved: f64) -> f64 {
+        let node = self.groups[group].nodes.start;
         if node >= self.uniform {
             return node as f64;
         }
-        // What is left of the first number is as good as another: the sum of two spreads like a tent over the neighbours.
-        let left = ((a - group.until) / group.chance + 1.0).clamp(0.0, 1.0);
-        let place = node as f64 + (left + b - 1.0);
         // At the ends of the spectrum the tent is folded.
         let last = (self.uniform - 1) as f64;
-        let place = place.abs();
+        let place = (node as f64 + moved).abs();
         if place > last { (2.0 * last - place).max(0.0) } else { place }
+    }
+
+    /// How many groups there are.
+    pub fn count(&self) -> usize {
+        self.groups.len()
+    }
+
+    /// The chance of a group.
+    pub fn chance(&self, group: usize) -> f64 {
+        self.groups[group].chance
     }
 
     /// The node that a number in [0, 1) chooses, by [`Bands::chances`].
@@ -361,11 +383,7 @@ impl Bands {
         let first = place as usize;
         if first >= self.uniform {
             let at = self.groups.partition_point(|group| group.nodes.end <= first).min(self.groups.len() - 1);
-            let group = &self.groups[at];
-            for node in group.nodes.clone() {
-                weights[node / LANES].0[node % LANES] = (1.0 / group.chance) as f32;
-            }
-            self.weigh_rows(weights);
+            self.weigh_group(at, (1.0 / self.groups[at].chance) as f32, weights);
             return;
         }
         let share = place - first as f64;
@@ -376,6 +394,23 @@ impl Bands {
         let density = low * self.groups[first].chance + high * self.groups[beside].chance;
         weights[first / LANES].0[first % LANES] += (low / density) as f32;
         weights[beside / LANES].0[beside % LANES] += (high / density) as f32;
+        self.weigh_probes(weights);
+        self.weigh_rows(weights);
+    }
+
+    /// The same weight for the nodes of one group, and none for all others.
+    pub fn weigh_group(&self, group: usize, weight: f32, weights: &mut Vec<Lanes>) {
+        weights.clear();
+        weights.resize(self.blocks, Lanes::ZERO);
+        for node in self.groups[group].nodes.clone() {
+            weights[node / LANES].0[node % LANES] = weight;
+        }
+        self.weigh_probes(weights);
+        self.weigh_rows(weights);
+    }
+
+    #[inline(always)]
+    fn weigh_probes(&self, weights: &mut [Lanes]) {
         for (i, place) in self.probe_places.iter().enumerate() {
             // What is interpolated between nodes weighs one on average as they do.
             let (before, share) = (*place as usize, (place - place.floor()) as f32);
@@ -385,7 +420,6 @@ impl Bands {
             let node = self.first_probe + i;
             weights[node / LANES].0[node % LANES] = weight;
         }
-        self.weigh_rows(weights);
     }
 
     /// Further rows of the adjoint weigh as the first does.

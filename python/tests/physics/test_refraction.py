@@ -173,7 +173,7 @@ def test_pictures_through_glass(name, sky):
         if tracer.left_out > 1e-4:
             continue  # light that runs around inside for very long
         compared += 1
-        got = float(render(objects, window, [SKY], samples=256)[0, 0, 1])
+        got = float(render(objects, window, [SKY], samples=4096)[0, 0, 1])
         # faint branches live by chance; a 10 nm sum stands for the coating's colour
         assert got == pytest.approx(wanted, rel=1e-3 if coated else 2e-4), (column, row)
     assert compared >= 5
@@ -450,8 +450,47 @@ def test_a_plate_at_brewsters_angle_polarises_what_it_passes(turn_deg):
     ]
     light = spectra.line_lamp(*((nm, 1.0) for nm in FRAUNHOFER))
     camera = view([0, 0, 8], [0, 0, 0], orthographic_height=1e-4)
-    got = render(objects, camera, [DARK], samples=64)[0, 0]
+    got = render(objects, camera, [DARK], samples=4096)[0, 0]
     sent = np.array([0.0, 0.0, 8.0]), np.array([0.0, 0.0, -1.0])
     tracer = SurfaceTracer(traced, 0.0, depth=16)
     wanted = np.array([tracer.radiance(*sent, nm) for nm in light.wavelength_nm]) @ light.weights
     assert got == pytest.approx(wanted, rel=2e-4)
+
+
+# ---- what is left to chance where wavelengths part ----------------------------------------------------------------------
+
+STUDIO = {"environment": {"builtin": "studio"}}
+DENSE = plane([0.0, 0.0, 0.0], [0.0, 1.0, 0.0], dielectric("N-SF11"))
+# Seen by nobody; yet where it is, nobody can tell that no light is lost.
+FAR_GREY = sphere([0.0, 1e7, 0.0], 1.0, diffuse(0.5))
+
+
+@pytest.mark.parametrize("samples", [1, 16])
+@pytest.mark.parametrize("max_depth", [1, 16])
+@pytest.mark.parametrize("place", ["over a floor", "from within", "beside a wall"])
+def test_no_pixel_is_darker_than_black(place, max_depth, samples):
+    """Glass that disperses, and something that absorbs: one band of a path's light is followed, and the others add nothing.
+
+    (What all of them are expected to find was added for certain and taken off again from the one: pixels of -6 times the mean.)
+    """
+    camera = view([0.0, 2.0, 6.0], [0.0, 0.7, 0.0], (40, 40), fov_deg=40.0)
+    objects = [sphere([0.0, 1.2, 0.0], 1.0, dielectric("N-SF11")), plane([0.0] * 3, [0.0, 1.0, 0.0], diffuse(0.3))]
+    if place == "from within":
+        camera, objects = view([0.0, -1.0, 0.0], [0.3, 0.0, 0.2], (40, 40), fov_deg=60.0), [DENSE]
+    elif place == "beside a wall":
+        camera = view([0.0, -1.0, 0.0], [0.3, 0.0, 0.2], (40, 40), fov_deg=60.0)
+        objects = [DENSE, rectangle([0.5, 0.5, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.6], diffuse(0.3))]
+    xyz = render(objects, camera, [STUDIO], samples=samples, max_depth=max_depth)
+    # The outermost nodes of the spectrum may weigh a little less than nothing (splines).
+    assert xyz.min() >= -1e-4 * xyz.mean() and xyz.mean() > 0.01
+
+
+def test_what_passes_beside_the_critical_angle_is_the_same_whatever_else_there_is():
+    """From within dense glass, where red light gets out and green does not: the mean with and without something grey far away."""
+    angle = np.radians(34.2)
+    camera = view([0.0, -1.0, 0.0], [float(np.tan(angle)), 0.0, 0.0], (48, 48), fov_deg=0.3)
+    both = [render(objects, camera, [STUDIO], samples=64) for objects in ([DENSE], [DENSE, FAR_GREY])]
+    means = np.array([xyz.mean(axis=(0, 1)) for xyz in both])
+    errors = np.array([xyz.std(axis=(0, 1)) / 48 for xyz in both])
+    assert (np.abs(means[0] - means[1]) < 4.5 * np.hypot(*errors)).all(), (means, errors)
+    assert (errors[:, 0] < 0.02 * means[:, 0]).all()

@@ -285,7 +285,7 @@ def test_a_clear_plate_adds_up_its_reflections(angle_deg):
     """(1 - R) / (1 + R) for s and for p, then the mean: s and p must not be mixed between the faces."""
     face = ir.Stack(["air", 1.5])
     wanted = np.mean([(1 - r) / (1 + r) for r in (face.reflectance(550.0, angle_deg, pol) for pol in "sp")])
-    got = render(plate(1.5, 1.0), slanted(angle_deg), [DARK], samples=16, max_depth=40)
+    got = render(plate(1.5, 1.0), slanted(angle_deg), [DARK], samples=4096, max_depth=40)
     assert np.abs(got[..., 1] / wanted - 1.0).max() < 1e-4
 
 
@@ -301,7 +301,7 @@ def test_a_grey_plate_absorbs_along_the_slant(k, angle_deg):
     for pol in "sp":
         r = face.reflectance(LIGHT.wavelength_nm, angle_deg, pol)
         spectrum = spectrum + 0.5 * (1 - r) ** 2 * passes / (1 - (r * passes) ** 2)
-    got = render(plate([n, k], thickness_mm), slanted(angle_deg), [DARK], samples=16, max_depth=40, unit="mm")
+    got = render(plate([n, k], thickness_mm), slanted(angle_deg), [DARK], samples=4096, max_depth=40, unit="mm")
     assert np.abs(got / line_xyz(spectrum) - 1.0).max() < 1e-4
 
 

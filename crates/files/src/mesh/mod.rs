@@ -5,6 +5,7 @@
 
 mod gltf_file;
 mod obj_file;
+mod ply_body;
 mod ply_file;
 mod topology;
 mod triangles;

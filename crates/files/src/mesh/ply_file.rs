@@ -1,10 +1,11 @@
-//! Stanford PLY, text or binary, by `ply-rs-bw`.
+//! Stanford PLY, text or binary, by `ply-rs-bw`; the bodies of plain binary files by our own (`ply_body`).
 
 use std::io::BufReader;
 
 use ply_rs_bw::parser::{Parser, Reader};
-use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
+use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
 
+use super::ply_body::{self, Role, is_corners};
 use super::triangles::{MAX_TRIANGLES, Mesh};
 
 /// A vertex or a face: each element of a file becomes one of these, whatever else it carries.
@@ -23,22 +24,17 @@ impl PropertyAccess for Element {
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        if matches!(name, "vertex_indices" | "vertex_index") {
+        if is_corners(name) {
             let Some(corners) = whole_list(property) else { return PropertyAccessResult::UnsupportedType };
             self.corners = corners;
             return PropertyAccessResult::Set;
         }
-        let place: Place<'_> = match name {
-            "x" => Place::Wide(&mut self.position[0]),
-            "y" => Place::Wide(&mut self.position[1]),
-            "z" => Place::Wide(&mut self.position[2]),
-            "nx" => Place::Narrow(&mut self.normal[0]),
-            "ny" => Place::Narrow(&mut self.normal[1]),
-            "nz" => Place::Narrow(&mut self.normal[2]),
-            "u" | "s" | "texture_u" => Place::Narrow(&mut self.uv[0]),
-            "v" | "t" | "texture_v" => Place::Narrow(&mut self.uv[1]),
-            "thickness_nm" => Place::Narrow(&mut self.thickness_nm),
-            _ => return PropertyAccessResult::Ignored,
+        let place = match Role::of(name) {
+            Some(Role::Position(axis)) => Place::Wide(&mut self.position[axis]),
+            Some(Role::Normal(axis)) => Place::Narrow(&mut self.normal[axis]),
+            Some(Role::Uv(axis)) => Place::Narrow(&mut self.uv[axis]),
+            Some(Role::Thickness) => Place::Narrow(&mut self.thickness_nm),
+            None => return PropertyAccessResult::Ignored,
         };
         let Some(value) = number(property) else { return PropertyAccessResult::UnsupportedType };
         match place {
@@ -84,12 +80,35 @@ fn whole_list(property: Property) -> Option<Vec<i64>> {
 }
 
 pub fn read(bytes: &[u8]) -> Result<Mesh, String> {
-    // The parser tells the line and what it missed; then, indented, the file's own bytes and its grammar.
-    let wrong = |error: &dyn std::fmt::Display| {
-        let words = error.to_string();
-        let told: String = words.lines().next().unwrap_or_default().chars().filter(|c| !c.is_control()).collect();
-        format!("it is no PLY file that can be read: {}", told.trim_end_matches('.'))
-    };
+    let header = header(bytes)?;
+    let Some(mut mesh) = ply_body::read(bytes, &header) else { return read_by_library(bytes) };
+    if header.elements.get("vertex").is_some_and(|vertex| has_any(vertex, &COLORS)) {
+        mesh.notes.push(NOTE_OF_COLORS.into());
+    }
+    Ok(mesh)
+}
+
+/// Names of properties that tell of colours.
+const COLORS: [&str; 3] = ["red", "r", "diffuse_red"];
+const NOTE_OF_COLORS: &str = "the colours of its vertices are left out: the scene says what the surface is";
+
+fn has_any(element: &ElementDef, names: &[&str]) -> bool {
+    names.iter().any(|name| element.properties.contains_key(*name))
+}
+
+/// The parser tells the line and what it missed; then, indented, the file's own bytes and its grammar.
+fn wrong(error: &dyn std::fmt::Display) -> String {
+    let words = error.to_string();
+    let told: String = words.lines().next().unwrap_or_default().chars().filter(|c| !c.is_control()).collect();
+    format!("it is no PLY file that can be read: {}", told.trim_end_matches('.'))
+}
+
+pub fn header(bytes: &[u8]) -> Result<Header, String> {
+    let mut reader = Reader::new(BufReader::new(bytes));
+    Parser::<Element>::new().read_header(&mut reader).map_err(|error| wrong(&error))
+}
+
+pub fn read_by_library(bytes: &[u8]) -> Result<Mesh, String> {
     let parser = Parser::<Element>::new();
     let mut reader = Reader::new(BufReader::new(bytes));
     let header = parser.read_header(&mut reader).map_err(|error| wrong(&error))?;
@@ -106,7 +125,7 @@ pub fn read(bytes: &[u8]) -> Result<Mesh, String> {
         }
         let elements =
             parser.read_payload_for_element(&mut reader, definition, &header).map_err(|error| wrong(&error))?;
-        let knows = |names: &[&str]| names.iter().any(|name| definition.properties.contains_key(*name));
+        let knows = |names: &[&str]| has_any(definition, names);
         match name.as_str() {
             "vertex" => {
                 for axis in ["x", "y", "z"] {
@@ -118,7 +137,7 @@ pub fn read(bytes: &[u8]) -> Result<Mesh, String> {
                     knows(&["nx"]) && knows(&["ny"]) && knows(&["nz"]),
                     knows(&["u", "s", "texture_u"]) && knows(&["v", "t", "texture_v"]),
                     knows(&["thickness_nm"]),
-                    knows(&["red", "r", "diffuse_red"]),
+                    knows(&COLORS),
                 ];
                 mesh.positions = elements.iter().map(|vertex| vertex.position).collect();
                 mesh.normals = has[0].then(|| elements.iter().map(|vertex| vertex.normal).collect());
@@ -130,7 +149,7 @@ pub fn read(bytes: &[u8]) -> Result<Mesh, String> {
         }
     }
     if has[3] {
-        mesh.notes.push("the colours of its vertices are left out: the scene says what the surface is".into());
+        mesh.notes.push(NOTE_OF_COLORS.into());
     }
     Ok(mesh)
 }

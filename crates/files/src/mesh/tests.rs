@@ -85,6 +85,51 @@ fn every_format_holds_the_same_tetrahedron() {
     assert_eq!([all[0].is_in_metres, all[4].is_in_metres], [false, true]);
 }
 
+/// Whatever else vertices and faces carry, our own reader and the library's give the same mesh.
+#[test]
+fn bodies_are_read_as_the_library_reads_them() {
+    for is_big in [false, true] {
+        let order = if is_big { "big" } else { "little" };
+        let mut bytes = format!(
+            "ply\r\nformat binary_{order}_endian 1.0\r\nelement extra 2\r\nproperty list uchar short a\r\nelement vertex 5\r\nproperty uchar red\r\n\
+             property double y\r\nproperty float x\r\nproperty short z\r\nproperty float nx\r\nproperty float ny\r\nproperty float nz\r\n\
+             property float s\r\nproperty float t\r\nelement face 2\r\nproperty uchar flags\r\n\
+             property list ushort short vertex_index\r\nproperty list uchar double more\r\nend_header\r\n"
+        )
+        .into_bytes();
+        let mut number = |little: &[u8]| match is_big {
+            true => bytes.extend(little.iter().rev()),
+            false => bytes.extend(little),
+        };
+        for count in [1_u8, 2] {
+            number(&[count]);
+            (0..count).for_each(|_| number(&7_i16.to_le_bytes()));
+        }
+        for vertex in 0..5_u8 {
+            let value = f32::from(vertex);
+            number(&[vertex]);
+            number(&f64::from(value * value).to_le_bytes());
+            number(&value.to_le_bytes());
+            number(&i16::from(vertex % 2).to_le_bytes());
+            (0..5).for_each(|k| number(&(value + k as f32 + 0.5).to_le_bytes()));
+        }
+        for corners in [&[0_i16, 1, 2][..], &[4, 3, 1, 0]] {
+            number(&[9]);
+            number(&(corners.len() as u16).to_le_bytes());
+            corners.iter().for_each(|corner| number(&corner.to_le_bytes()));
+            number(&[1]);
+            number(&0.25_f64.to_le_bytes());
+        }
+        let header = ply_file::header(&bytes).unwrap();
+        let [own, library] = [ply_file::read(&bytes).unwrap(), ply_file::read_by_library(&bytes).unwrap()];
+        assert_eq!(ply_body::read(&bytes, &header).unwrap().triangles, own.triangles);
+        assert_eq!(own, library);
+        assert_eq!(own.triangles, [[0, 1, 2], [4, 3, 1], [4, 1, 0]]);
+        assert!(own.normals.is_some() && own.uv.is_some() && own.notes.len() == 2);
+        assert!(ply_body::read(&bytes[..bytes.len() - 1], &header).is_none());
+    }
+}
+
 #[test]
 fn an_open_edge_is_named() {
     let mut mesh = decode(obj().as_bytes(), MeshFormat::Obj).unwrap();

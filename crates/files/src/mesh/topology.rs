@@ -1,6 +1,6 @@
 //! Whether a mesh bounds a body: along every edge as many triangles run one way as the other.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::triangles::Mesh;
 
@@ -17,12 +17,14 @@ impl Mesh {
     /// The first edge, in the order of the triangles, that keeps the mesh from being closed. Vertices at the same place
     /// count as one, however often a file states them.
     pub fn open_edge(&self) -> Option<OpenEdge> {
-        let welded = self.welded();
-        let mut balance: HashMap<(u32, u32), i32> = HashMap::with_capacity(3 * self.triangles.len() / 2);
-        for (_, _, key, step) in edges(&self.triangles, &welded) {
-            *balance.entry(key).or_insert(0) += step;
+        // Vertices that become one add the balances of their edges up: where each is in balance as it stands, all are.
+        let own: Vec<u32> = (0..self.positions.len() as u32).collect();
+        if unbalanced(&self.triangles, &own).is_empty() {
+            return None;
         }
-        let (triangle, corners, _, _) = edges(&self.triangles, &welded).find(|(_, _, key, _)| balance[key] != 0)?;
+        let welded = self.welded();
+        let open = unbalanced(&self.triangles, &welded);
+        let (triangle, corners, _, _) = edges(&self.triangles, &welded).find(|(_, _, key, _)| open.contains(key))?;
         Some(OpenEdge { ends: corners.map(|corner| self.positions[corner as usize]), triangle })
     }
 
@@ -36,6 +38,37 @@ impl Mesh {
         };
         self.positions.iter().map(number).collect()
     }
+}
+
+/// The edges along which not as many triangles run one way as the other; vertices count as `numbers` tells, each below their count.
+fn unbalanced(triangles: &[[u32; 3]], numbers: &[u32]) -> HashSet<(u32, u32)> {
+    // Edges by their lower end, side by side: a list of a few for most vertices, where a table of all of them would be met at random.
+    let mut starts = vec![0_usize; numbers.len() + 1];
+    for (_, _, (low, _), _) in edges(triangles, numbers) {
+        starts[low as usize + 1] += 1;
+    }
+    for at in 1..starts.len() {
+        starts[at] += starts[at - 1];
+    }
+    let mut next = starts.clone();
+    // The upper end, and which way.
+    let mut ends = vec![(0_u32, false); starts[numbers.len()]];
+    for (_, _, (low, high), step) in edges(triangles, numbers) {
+        ends[next[low as usize]] = (high, step > 0);
+        next[low as usize] += 1;
+    }
+    let mut open = HashSet::new();
+    for (low, range) in starts.windows(2).enumerate() {
+        let own = &mut ends[range[0]..range[1]];
+        own.sort_unstable();
+        for same in own.chunk_by(|a, b| a.0 == b.0) {
+            let upwards = same.iter().filter(|end| end.1).count();
+            if 2 * upwards != same.len() {
+                open.insert((low as u32, same[0].0));
+            }
+        }
+    }
+    open
 }
 
 /// Triangle, ends, the edge whichever way it runs, and the way it runs.

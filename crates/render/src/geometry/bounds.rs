@@ -37,12 +37,6 @@ impl Bounds {
         }
     }
 
-    /// Half its surface.
-    pub fn half_area(&self) -> f64 {
-        let [x, y, z]: [f64; 3] = std::array::from_fn(|i| (self.max[i] - self.min[i]).max(0.0));
-        x * y + y * z + z * x
-    }
-
     /// Its corners.
     pub fn corners(&self) -> [[f64; 3]; 8] {
         std::array::from_fn(|k| std::array::from_fn(|i| if k >> i & 1 == 0 { self.min[i] } else { self.max[i] }))

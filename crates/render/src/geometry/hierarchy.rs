@@ -46,10 +46,11 @@ impl Hierarchy {
     /// Over boxes. Also gives the order: which thing stands at which place. `at_leaf` gives the place of a leaf, of which it
     /// is told the numbers of its things, and how many entries it takes.
     pub fn new(boxes: impl Iterator<Item = Bounds>, mut at_leaf: impl FnMut(&[u32]) -> (usize, usize)) -> Hierarchy {
-        let mut items: Vec<Item> =
-            boxes.enumerate().map(|(number, bounds)| Item { bounds, number: number as u32 }).collect();
-        let tree = Tree::new(&mut items);
-        let bounds = tree.as_ref().map_or(Bounds { min: [0.0; 3], max: [0.0; 3] }, |tree| *tree.bounds());
+        let boxes: Vec<Bounds> = boxes.collect();
+        let bounds = match boxes.as_slice() {
+            [] => Bounds { min: [0.0; 3], max: [0.0; 3] },
+            boxes => boxes.iter().fold(Bounds::EMPTY, |all, own| all.union(own)),
+        };
         let (low, high) = (Vec3::from(bounds.min), Vec3::from(bounds.max));
         let half = (high - low) * 0.5;
         let mut hierarchy = Hierarchy {
@@ -58,7 +59,13 @@ impl Hierarchy {
             reach: half.x.max(half.y).max(half.z).max(f64::MIN_POSITIVE),
             bounds,
         };
-        let order: Vec<u32> = items.iter().map(|item| item.number).collect();
+        let center = hierarchy.center.to_array();
+        let relative = |ends: [f64; 3]| std::array::from_fn(|axis| (ends[axis] - center[axis]) as f32);
+        let item = |(number, own): (usize, &Bounds)| Item::new(relative(own.min), relative(own.max), number as u32);
+        let mut items: Vec<Item> = boxes.iter().enumerate().map(item).collect();
+        drop(boxes);
+        let tree = Tree::new(&mut items);
+        let order: Vec<u32> = items.iter().map(|item| item.number()).collect();
         drop(items);
         if let Some(tree) = tree {
             hierarchy.add(&[&tree], &order, &mut at_leaf);
@@ -92,12 +99,10 @@ impl Hierarchy {
             children: [IS_LEAF; WIDTH],
         });
         for (at, child) in children.into_iter().enumerate() {
-            let (bounds, center, pad) = (child.bounds(), self.center.to_array(), PAD * self.reach);
-            for (axis, middle) in center.into_iter().enumerate() {
-                let ends = [bounds.min[axis] - middle - pad, bounds.max[axis] - middle + pad];
-                for (end, value) in self.nodes[number].bounds[axis].iter_mut().zip(ends) {
-                    end[at] = value as f32;
-                }
+            let (bounds, pad) = (child.bounds(), PAD * self.reach);
+            for (axis, into) in self.nodes[number].bounds.iter_mut().enumerate() {
+                into[0][at] = (f64::from(bounds.min[axis]) - pad) as f32;
+                into[1][at] = (f64::from(bounds.max[axis]) + pad) as f32;
             }
             self.nodes[number].children[at] = match child {
                 Tree::Leaf { first, count, .. } => {
@@ -160,11 +165,20 @@ impl Hierarchy {
                 if met != 0 {
                     let distances: [f32; WIDTH] = enter.into();
                     let first = stack.len;
+                    let nearest = met.trailing_zeros() as usize;
+                    let (mut next, mut distance) = (node.children[nearest], distances[nearest]);
+                    met &= met - 1;
+                    // The nearest one does not go through memory.
                     while met != 0 {
                         let at = met.trailing_zeros() as usize;
                         met &= met - 1;
-                        stack.push_sorted(first, node.children[at], distances[at]);
+                        let other = (node.children[at], distances[at]);
+                        let farther = if other.1 < distance { (next, distance) } else { other };
+                        (next, distance) = if other.1 < distance { other } else { (next, distance) };
+                        stack.push_sorted(first, farther.0, farther.1);
                     }
+                    current = next;
+                    continue;
                 }
             }
             // The nearest that is still within reach.

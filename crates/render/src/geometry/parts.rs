@@ -292,6 +292,11 @@ impl Search<'_> {
         for &part in &tree.unbounded {
             limit = self.meet(simd, part, limit);
         }
+        // A single one has a box of its own.
+        if let [only] = tree.order[..] {
+            self.meet(simd, only, limit);
+            return;
+        }
         tree.hierarchy.walk(simd, self.ray, limit, self);
     }
 

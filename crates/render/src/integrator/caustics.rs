@@ -339,7 +339,7 @@ impl Tracer<'_> {
         let mut to = [Target::Nowhere; 2];
         to[usize::from(!mirrors)] = Target::Slot(way.slot);
         // What the other wavelengths find is not looked at: their own paths do that.
-        let thinned = is_parted.then_some((&weights[..], Expected::Middle(Target::Nowhere)));
+        let thinned = is_parted.then_some((&weights[..], Expected::Nothing));
         let mut unused = Sums([f32x16::splat(simd, 0.0); 3]);
         self.split_coating(simd, way, &sequence, cos_theta, to, thinned, &mut unused);
         (self.thicknesses, self.thinned) = (thicknesses, weights);

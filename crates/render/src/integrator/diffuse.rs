@@ -4,13 +4,9 @@ use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 
 use super::direct::{Drawn, Scatters};
-use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Scattered, Since, Sums, Tracer};
+use super::{Continuation, LATE_SURVIVAL, Path, Scattered, Since, Sums, Tracer};
 use crate::geometry::frame;
 use crate::sampler::Choices;
-
-/// After a diffuse hit a branch survives for certain down to this share of its luminance: its direction was a matter of
-/// chance, so that what follows need not be followed to the last detail.
-const FLOOR_SHARE: f32 = 0.25;
 
 impl Tracer<'_> {
     /// What a path finds at a diffuse surface; it goes on as `path`, or not at all.
@@ -25,16 +21,15 @@ impl Tracer<'_> {
     ) -> bool {
         let hit = path.hit;
         path.hits += 1;
-        let mut luminance = self.reflect_diffusely(simd, path, number);
+        let luminances = self.reflect_diffusely(simd, path, number);
         if path.hits > self.scene.max_depth {
-            path.floor = luminance / LATE_SURVIVAL;
+            path.floor = luminances[1] / LATE_SURVIVAL;
         }
-        if !self.survives(simd, path, luminance, sums, choices) {
+        if !self.survives_scattering(simd, path, luminances, sums, choices) {
             return false;
         }
-        luminance = luminance.max(path.floor);
         if path.hits <= self.scene.max_depth {
-            path.floor = (FLOOR_SHARE * luminance).max(FAINT);
+            Self::raise_floor(path, luminances[1]);
         }
         let facing = if path.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
         let is_dark = self.is_dark(path.medium);
@@ -65,10 +60,10 @@ impl Tracer<'_> {
         false
     }
 
-    /// Light from a diffuse surface is unpolarised, whatever fell on it. Gives the luminance.
+    /// Light from a diffuse surface is unpolarised, whatever fell on it. Gives the luminances before and now.
     #[inline(always)]
-    fn reflect_diffusely<S: Simd>(&mut self, simd: S, path: &mut Path, number: usize) -> f32 {
-        let mut luminance = f32x16::splat(simd, 0.0);
+    fn reflect_diffusely<S: Simd>(&mut self, simd: S, path: &mut Path, number: usize) -> [f32; 2] {
+        let [mut before, mut now] = [f32x16::splat(simd, 0.0); 2];
         let rgb = self.scene.reflectance_at(number, &path.hit);
         let rgb = rgb.map(|rgb| rgb.map(|value| f32x16::splat(simd, value as f32)));
         for block in 0..self.blocks {
@@ -85,11 +80,13 @@ impl Tracer<'_> {
             let out = both * reflectance * 0.5;
             self.arena[s_at].store(out);
             self.arena[p_at].store(out);
-            luminance = self.spectra.importance[block].load(simd).mul_add(out + out, luminance);
+            let weight = self.spectra.importance[block].load(simd);
+            before = weight.mul_add(both, before);
+            now = weight.mul_add(out + out, now);
         }
         path.in_plane = true;
         path.is_unpolarized = true;
-        luminance.reduce_sum()
+        [before.reduce_sum(), now.reduce_sum()]
     }
 }
 

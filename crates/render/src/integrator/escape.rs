@@ -22,7 +22,7 @@ pub struct Share {
 
 /// Paths that have escaped from the scene.
 pub struct Escaped {
-    directions: [Lanes; 3],
+    pub(super) directions: [Lanes; 3],
     pub(super) shares: [Share; LANES],
     /// Sum of s and p weights: spectrum of path i from `i * blocks`. Empty for paths that met nothing.
     pub carried: Vec<Lanes>,

@@ -13,11 +13,14 @@
 //! `max_depth`, one is chosen in proportion to luminance. So no weight ever grows, and the walk ends. In a uniform
 //! environment where nothing absorbs nothing at all is left to chance.
 
+#[cfg(test)]
+mod agreement;
 mod caustics;
 mod diffuse;
 mod direct;
 mod escape;
 pub mod extras;
+mod parted;
 mod rough;
 mod rough_film;
 mod roulette;

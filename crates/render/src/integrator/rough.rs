@@ -14,7 +14,7 @@ use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_numerics::lanes::Singles as Lanes;
 
 use super::direct::{Drawn, Scatters};
-use super::{Continuation, FAINT, LATE_SURVIVAL, Path, Scattered, Since, Sums, Tracer};
+use super::{Continuation, LATE_SURVIVAL, Path, Scattered, Since, Sums, Tracer};
 use crate::coating::{IndexTable, LayersAt, Sequence};
 use crate::film::{Beam, FilmTable, Phase, Response};
 use crate::materials::CoatedSurface;
@@ -23,9 +23,6 @@ use crate::microfacet::{Microfacets, Wanderer};
 use crate::refraction::{bare_reflectance, is_parted, ratio};
 use crate::rough::{Frame, RoughPlace, RoughSurface};
 use crate::sampler::Choices;
-
-/// After a rough hit a branch survives for certain down to this share of its luminance, as after a diffuse one.
-const FLOOR_SHARE: f32 = 0.25;
 
 /// Facets after which a walk is given up: at the roughest, half of what is left gets out at each.
 pub(super) const MOST_FACETS: u32 = 64;
@@ -296,6 +293,10 @@ impl<'a> Tracer<'a> {
             return false;
         }
         path.hits += 1;
+        let arriving = self.luminance(simd, path);
+        if !self.survives_scattering(simd, path, [arriving; 2], sums, choices) {
+            return false;
+        }
         let thicknesses = std::mem::take(&mut self.thicknesses);
         let media = [&spectra.media[usize::from(medium.innermost())], &spectra.media[usize::from(sides.exit)]];
         let RoughPlace { facets: spread, frame, facing } = rough.at(&self.scene.geometry, &hit, path.direction);
@@ -510,7 +511,7 @@ impl<'a> Tracer<'a> {
             return false;
         }
         if path.hits <= self.scene.max_depth {
-            path.floor = (FLOOR_SHARE * luminance.max(path.floor)).max(FAINT);
+            Self::raise_floor(path, luminance);
         }
         true
     }

@@ -17,9 +17,6 @@ use crate::microfacet::Wanderer;
 use crate::rough::{RoughPlace, RoughSurface};
 use crate::sampler::Choices;
 
-/// After a rough film a mirrored branch survives for certain down to this share of its luminance.
-const FLOOR_SHARE: f32 = 0.25;
-
 impl<'a> Tracer<'a> {
     /// Splits a path at a rough film.
     #[inline(always)]
@@ -33,6 +30,10 @@ impl<'a> Tracer<'a> {
     ) -> bool {
         let Some(mut facets) = self.film_facets(path, &path.hit, film, rough) else { return false };
         path.hits += 1;
+        let arriving = self.luminance(simd, path);
+        if !self.survives_scattering(simd, path, [arriving; 2], sums, choices) {
+            return false;
+        }
         let Some(slot) = self.free.pop() else { unreachable!("one slot is kept for this") };
         // What passes is gathered in the path's own slot, the ray among the facets carries another.
         let mut mirrored = *path;
@@ -67,7 +68,7 @@ impl<'a> Tracer<'a> {
         // Caustics are not looked for through it.
         path.chain = Chain::UNTOLD;
         self.scattered[mirrored.slot] = scattered.unwrap_or_default();
-        mirrored.floor = mirrored.floor.max(FLOOR_SHARE * luminance);
+        Self::raise_floor(&mut mirrored, luminance);
         let passed_y = self.luminance(simd, path);
         match (reflected, passed) {
             (Continuation::Surface(back), Continuation::Surface(next)) => {
@@ -186,7 +187,7 @@ impl<'a> Tracer<'a> {
 
     /// Luminance of what a path carries.
     #[inline(always)]
-    fn luminance<S: Simd>(&self, simd: S, path: &Path) -> f32 {
+    pub(super) fn luminance<S: Simd>(&self, simd: S, path: &Path) -> f32 {
         let mut luminance = f32x16::splat(simd, 0.0);
         for block in 0..self.blocks {
             let beam = self.beam(simd, path, block);

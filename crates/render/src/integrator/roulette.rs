@@ -15,6 +15,20 @@ use crate::materials::Material;
 use crate::medium_stack::MediumStack;
 use crate::sampler::Choices;
 
+/// So many hits a path has before its floor rises, and how often it doubles: what many surfaces part into many branches is looked at
+/// less and less closely. (Three balls of glass within one another: 54 hits a camera ray without it. docs/evidence/performance.md has the
+/// trade of noise against time.)
+const FREE_HITS: u32 = 4;
+const DOUBLINGS: u32 = 4;
+
+/// Luminance below which a branch survives only by chance where it comes to a surface that scatters: what it finds there is a matter of
+/// chance in any case, and to look at it takes as long as for a branch of all the light.
+const SCATTERED: f32 = 0.02;
+
+/// After a surface that scatters a branch survives for certain down to this share of its luminance: its direction was a matter of
+/// chance, so that what follows need not be followed to the last detail.
+const FLOOR_SHARE: f32 = 0.25;
+
 /// So many hits beyond `max_depth` a walk is taken to be caught for good, as by total reflection in clear glass.
 const LONG_WALK: u32 = 100;
 
@@ -134,6 +148,34 @@ impl Tracer<'_> {
         self.survives(simd, path, sum, sums, choices)
     }
 
+    /// Whether a branch goes on that has come to a surface that scatters: it had one luminance before and has another now.
+    #[inline(always)]
+    pub(super) fn survives_scattering<S: Simd>(
+        &mut self,
+        simd: S,
+        path: &mut Path,
+        [before, now]: [f32; 2],
+        sums: &mut Sums<S>,
+        choices: &mut Choices,
+    ) -> bool {
+        let (floor, was_sparse) = (path.floor, path.is_sparse);
+        // What the surface itself takes away counts for nothing: all that is seen may be dark.
+        let kept = if before > 0.0 { (now / before).clamp(0.0, 1.0) } else { 1.0 };
+        path.floor = floor.max(SCATTERED * kept);
+        let survives = self.survives(simd, path, now, sums, choices);
+        if path.hits != self.scene.max_depth {
+            path.floor = if path.is_sparse == was_sparse { floor } else { floor * GROUP as f32 };
+        }
+        survives
+    }
+
+    /// Raises the floor of a branch that a surface has sent on by chance, with this luminance. It never falls again: each further such
+    /// surface matters less.
+    #[inline(always)]
+    pub(super) fn raise_floor(path: &mut Path, luminance: f32) {
+        path.floor = path.floor.max(FLOOR_SHARE * luminance);
+    }
+
     /// Whether a branch of this luminance survives Russian roulette; its weight is divided by the probability.
     #[inline(always)]
     pub(super) fn survives<S: Simd>(
@@ -170,12 +212,15 @@ impl Tracer<'_> {
             self.scale(simd, path, GROUP as f32);
             self.add_mean_light(simd, path, -1.0, sums);
         }
+        let group = if path.is_sparse { GROUP } else { 1 };
+        let risen = FAINT * (group << path.hits.saturating_sub(FREE_HITS).min(DOUBLINGS)) as f32;
+        let floor = path.floor.max(risen);
         // (What carries nothing at all could otherwise wander among surfaces that take nothing away for ever: its floor is nothing, too.)
-        if luminance >= path.floor && luminance > 0.0 {
+        if luminance >= floor && luminance > 0.0 {
             return true;
         }
         // A branch without luminance (or, by rounding, below zero) may still carry colour: the odds have a least value.
-        let odds = (luminance / path.floor).max(1e-3);
+        let odds = (luminance / floor).max(1e-3);
         self.add_least_light(simd, path, 1.0, sums);
         let survives = choices.next() < odds;
         if survives {

@@ -4,15 +4,16 @@ use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::Singles as Lanes;
 
+use super::parted::{Apart, Refracted};
 use super::roulette::Onward;
 use super::{Continuation, Path, SAME_PLANE, Scattered, Since, Sums, Target, Tracer};
-use crate::coating::{IndexTable, LayersAt, Sequence};
+use crate::coating::{LayersAt, Sequence};
 use crate::failure::PathFailure;
 use crate::film::{Beam, Mueller, Phase, Response};
 use crate::geometry::Hit;
 use crate::materials::{CoatedSurface, FilmSurface};
 use crate::medium_stack::MediumStack;
-use crate::refraction::{is_parted, refracted_direction};
+use crate::refraction::refracted_direction;
 use crate::sampler::Choices;
 
 /// The media of a coated or bare surface as a path comes to it.
@@ -28,21 +29,12 @@ pub(super) struct Sides {
 /// What is expected of the wavelengths that do not go on where a prism parts them.
 #[derive(Clone, Copy)]
 pub(super) enum Expected {
-    /// This share of the mean light.
-    Mean(f32),
+    /// The mean light.
+    Mean,
     /// What they find at least.
     Least,
-    /// What the middle of the spectrum finds.
-    Middle(Target),
-}
-
-/// The refracted branch of a hit.
-struct Refracted {
-    /// `None` beyond the critical angle.
-    direction: Option<Vec3>,
-    band: Option<f64>,
-    /// Only a part of the spectrum goes on: [`Tracer::thinned`].
-    is_thinned: bool,
+    /// Nothing: where something absorbs, all of it may be lost.
+    Nothing,
 }
 
 impl<'a> Tracer<'a> {
@@ -129,9 +121,8 @@ impl<'a> Tracer<'a> {
         path.is_unpolarized = false;
 
         let mirror = direction - hit.normal * (2.0 * along);
-        let mut refracted = Refracted { direction: None, band: path.band, is_thinned: false };
-        let (mut passed, mut expected) = (Continuation::Absorbed, 1.0);
-        let mut middle = None;
+        let mut refracted = Refracted { direction: None, band: path.band, is_thinned: false, chosen: None };
+        let (mut passed, mut apart) = (Continuation::Absorbed, None::<Apart<'_>>);
         if !coating.is_opaque {
             let facing = if is_from_front { hit.normal } else { -hit.normal };
             let media = [&spectra.media[usize::from(outer)], &spectra.media[usize::from(exit)]];
@@ -139,30 +130,32 @@ impl<'a> Tracer<'a> {
             if let Some(direction) = refracted.direction {
                 passed = self.shared(self.continuation(&hit, direction, beyond, None), path, false);
             }
-            if refracted.is_thinned {
-                // By where the middle of the spectrum goes, not the chosen place: the estimate must not hang on the choice.
-                if let Some(along) = refracted_direction(direction, facing, cos_theta, media, spectra.bands.middle) {
-                    match self.continuation(&hit, along, beyond, None) {
-                        Continuation::Surface(next) => expected = self.scene.expected_shares[next.object],
-                        found => middle = Some((self.shared(found, path, false), along)),
-                    }
-                }
+            // By where the middle of the spectrum goes, not the chosen place: how light is estimated must not hang on the choice.
+            if let Some(chosen) = refracted.chosen
+                && let Some(along) = refracted_direction(direction, facing, cos_theta, media, spectra.bands.middle)
+                && !matches!(self.continuation(&hit, along, beyond, None), Continuation::Surface(_))
+            {
+                apart = Some(Apart { facing, cos_theta, media, beyond, chosen });
+                // Whichever it will be that goes on.
+                passed = Continuation::Surface(hit);
             }
         }
         let mirrored = self.shared(self.continuation(&hit, mirror, medium, None), path, true);
-        self.make_room(simd, if middle.is_some() { 3 } else { 2 });
-        let expected = match middle {
-            Some((found, along)) => Expected::Middle(self.target(found, path.slot, along, None)),
-            // What is not followed at all is to be estimated, what is left to chance must not make the rest less than nothing.
-            None if self.scene.is_clear && refracted.direction.is_some() => Expected::Least,
-            None => Expected::Mean(expected),
+        self.make_room(simd, 2);
+        let expected = match refracted.chosen {
+            // What is not followed at all is to be estimated.
+            None => Expected::Mean,
+            // What is left to chance must not make the rest less than nothing. The same whether the chosen part gets through or not:
+            // on average over all choices it cancels.
+            Some(_) if self.scene.is_clear => Expected::Least,
+            Some(_) => Expected::Nothing,
         };
-        let passed_direction = refracted.direction.unwrap_or(direction);
+        let mut passed_direction = refracted.direction.unwrap_or(direction);
         let to = self.targets(path, (mirrored, mirror), (passed, passed_direction, None));
         self.share_sun(to[0], path, true);
         self.share_sun(to[1], path, false);
         let (thicknesses, weights) = (std::mem::take(&mut self.thicknesses), std::mem::take(&mut self.thinned));
-        let thinned = refracted.is_thinned.then_some((&weights[..], expected));
+        let thinned = (refracted.is_thinned && apart.is_none()).then_some((&weights[..], expected));
 
         let tables = &spectra.coatings[coating.number];
         let sequence = Sequence {
@@ -172,8 +165,22 @@ impl<'a> Tracer<'a> {
             exit: &spectra.media[usize::from(exit)],
             rate: &spectra.rate,
         };
-        let (mirrored_y, passed_y) = self.split_coating(simd, path, &sequence, cos_theta as f32, to, thinned, sums);
+        let (mirrored_y, mut passed_y) = self.split_coating(simd, path, &sequence, cos_theta as f32, to, thinned, sums);
         (self.thicknesses, self.thinned) = (thicknesses, weights);
+        if let Some(apart) = apart {
+            let found = simd.vectorize(
+                #[inline(always)]
+                || self.pass_apart(simd, path, &apart, sums),
+            );
+            passed = Continuation::Absorbed;
+            if let Some((next, onward, luminance)) = found {
+                passed = Continuation::Surface(next);
+                (passed_direction, passed_y) = (onward, luminance);
+            } else if let (Continuation::Surface(_), Target::Slot(slot)) = (mirrored, to[0]) {
+                self.free.push(path.slot);
+                path.slot = slot;
+            }
+        }
 
         let onward = Onward { direction: passed_direction, medium: beyond, band: refracted.band, since: Since::Bend };
         self.follow(simd, path, [mirrored, passed], to, mirror, &onward, [mirrored_y, passed_y], sums, choices)
@@ -218,33 +225,6 @@ impl<'a> Tracer<'a> {
             self.thicknesses.push(thickness as f32);
         }
         !self.is_too_coarse(path_nm)
-    }
-
-    /// The direction beyond a surface. `facing` is its normal on the side of the path.
-    #[inline(always)]
-    fn refract(
-        &mut self,
-        path: &Path,
-        facing: Vec3,
-        cos_theta: f64,
-        media: [&IndexTable; 2],
-        choices: &mut Choices,
-    ) -> Refracted {
-        let bands = &self.spectra.bands;
-        let (mut band, mut is_thinned) = (path.band, false);
-        if band.is_none() && is_parted(bands, cos_theta, media) {
-            let chosen = bands.choose(choices.pair());
-            bands.weigh(chosen, &mut self.thinned);
-            (band, is_thinned) = (Some(chosen), true);
-        }
-        let direction = refracted_direction(path.direction, facing, cos_theta, media, band.unwrap_or(bands.middle));
-        if direction.is_none() {
-            // A little may pass at other nodes than the one that tells the direction: it finds the mean light.
-            self.thinned.clear();
-            self.thinned.resize(self.blocks, Lanes::ZERO);
-            is_thinned = true;
-        }
-        Refracted { direction, band, is_thinned }
     }
 
     /// Where both branches of a hit write their spectra; a second slot is taken where both go on.
@@ -454,12 +434,9 @@ impl<'a> Tracer<'a> {
                 out = Beam { s: out.s * weight, p: out.p * weight, u: out.u * weight, v: out.v * weight };
                 let rest = before - (out.s + out.p);
                 xyz = match expected {
-                    Expected::Mean(share) => self.add_mean(simd, block, rest * share, xyz),
+                    Expected::Nothing => xyz,
+                    Expected::Mean => self.add_mean(simd, block, rest, xyz),
                     Expected::Least => self.add_around(simd, block, rest, self.spectra.lights.least_rgb, xyz),
-                    Expected::Middle(found) => simd.vectorize(
-                        #[inline(always)]
-                        || self.splat(simd, found, block, rest, zero, xyz),
-                    ),
                 };
             }
             xyz = self.splat(simd, to[branch], block, out.s, out.p, xyz);
