@@ -36,7 +36,7 @@ impl AxisUnit {
             "nm" => Ok(AxisUnit::Nanometre),
             "um" => Ok(AxisUnit::Micrometre),
             "angstrom" => Ok(AxisUnit::Angstrom),
-            "cm-1" => Ok(AxisUnit::PerCentimetre),
+            "cm-1" | "1/cm" | "cm^-1" => Ok(AxisUnit::PerCentimetre),
             "ev" => Ok(AxisUnit::Electronvolt),
             _ => Err(format!("unit must be \"nm\", \"um\", \"angstrom\", \"cm-1\" or \"ev\", got {}", quoted(name))),
         }

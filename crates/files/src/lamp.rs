@@ -16,7 +16,7 @@ const NOISE: f64 = 0.05;
 const MOST_POWER: f64 = 1e100;
 
 /// Parts of a column's name that say it holds no power per wavelength, and what is to be done.
-const OTHER_QUANTITIES: [(&[&str], &str); 5] = [
+const OTHER_QUANTITIES: [(&[&str], &str); 6] = [
     (
         &["photon", "quanta", "quantum", "ppfd", "mol/"],
         "counts photons; divide each value by its wavelength, which makes power of it",
@@ -31,6 +31,10 @@ const OTHER_QUANTITIES: [(&[&str], &str); 5] = [
         &["transmit", "transmission", "reflect", "absorb", "absorption", "response", "efficiency"],
         "says what becomes of light, and is no light",
     ),
+    (
+        &["lumen", "candela", "luminous", "luminance", "illuminance", "lux", "lm", "lx", "cd"],
+        "is weighted by what an eye sees; divide it by the eye's sensitivity V, which makes power of it",
+    ),
 ];
 
 /// What a column of that name holds instead of power per wavelength, where its name says so.
@@ -41,7 +45,8 @@ fn other_quantity(name: &str) -> Option<&'static str> {
         let is_said = |part: &&str| match *part {
             // Short words stand alone: "db" is in "feedback" too.
             "db" => words.iter().any(|word| word.starts_with("db") && word.len() <= 3),
-            "cts" | "adu" => words.contains(part),
+            // ("flux" is a word for power, too.)
+            "cts" | "adu" | "lux" | "lm" | "lx" | "cd" => words.contains(part),
             part => name.contains(part),
         };
         parts.iter().any(is_said).then_some(*meaning)
@@ -176,6 +181,8 @@ mod tests {
             ("nm,umol/m2/s\n400,1\n500,2", "counts photons"),
             ("nm,Sample (counts)\n400,1\n500,2", "counts of a detector"),
             ("nm,level [dBm]\n400,1\n500,2", "decibels"),
+            ("nm,lm\n400,1\n500,2", "weighted by what an eye sees"),
+            ("nm,illuminance (lux)\n400,1\n500,2", "weighted by what an eye sees"),
             ("eV,W/m2/eV\n2,1\n3,2", "per energy or frequency"),
             ("nm,Transmittance\n400,1\n500,2", "no light"),
             ("f [THz],power\n400,1\n500,2", "\"thz\""),

@@ -190,8 +190,8 @@ fn bubbles(node: &Node, path: String) -> Result<(Shape, Node), SceneError> {
         let path = format!("{}.{number}", table.path("spheres"));
         let line = table.list("spheres").get(number).and_then(|node| node.line);
         let message = format!(
-            "{path} is wholly swallowed by bubble {by}, got {:?}; let it come out, or lie free within it",
-            balls[number]
+            "{path} is wholly swallowed by bubble {by}, got center {:?} and radius {:?}; let it come out, or lie free within it",
+            balls[number].center, balls[number].radius
         );
         return Err(SceneError::new(message).at(path, line));
     }

@@ -1,14 +1,14 @@
 //! glTF 2.0 and GLB, by `gltf`: the meshes of the default scene where its nodes put them.
 
-use gltf::accessor::DataType;
 use gltf::buffer::Source;
 use gltf::mesh::{Mode, Semantic};
-use gltf::{Accessor, Document, Gltf, Node, Primitive};
+use gltf::{Document, Gltf, Node, Primitive};
 
 use iridesce_numerics::vector::cross;
 
 use crate::words::quoted;
 
+use super::gltf_numbers::Numbers;
 use super::triangles::{MAX_TRIANGLES, Mesh};
 
 /// Deepest tree of nodes.
@@ -23,13 +23,11 @@ pub fn read(
 ) -> Result<Mesh, String> {
     let wrong = |error: gltf::Error| format!("it is no glTF file that can be read: {error}");
     let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(wrong)?;
-    let document = Document::from_json(with_accessors(document.into_json())?).map_err(wrong)?;
-    if document.extensions_used().any(|name| name == "KHR_draco_mesh_compression") {
-        return Err("it is compressed by Draco; save it without compression".into());
-    }
+    let root = without_needless_extensions(with_accessors(document.into_json())?)?;
+    let document = Document::from_json(root).map_err(wrong)?;
     let buffers = buffers(&document, blob, beside)?;
     let mut reader = Reader {
-        buffers: &buffers,
+        numbers: Numbers::of(&buffers),
         mesh: Mesh { is_in_metres: true, ..Mesh::default() },
         carried: [None; 2],
         met: vec![false; document.nodes().count()],
@@ -80,6 +78,57 @@ fn with_accessors(root: gltf::json::Root) -> Result<gltf::json::Root, String> {
     Ok(root)
 }
 
+/// The same file, if all that it says a reader must know is known here, or changes no triangle: materials, textures and lights
+/// are left out anyway.
+fn without_needless_extensions(mut root: gltf::json::Root) -> Result<gltf::json::Root, String> {
+    let is_compressed = |name: &str| name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression";
+    // (Draco without being required has a plain copy beside it; the copy of meshopt is no part of the file.)
+    if let Some(name) = root.extensions_required.iter().chain(&root.extensions_used).find(|name| is_compressed(name)) {
+        return Err(format!("its meshes are compressed ({name}); save it without compression"));
+    }
+    let changes_nothing = |name: &String| {
+        name == "KHR_mesh_quantization"
+            || [
+                "KHR_materials_",
+                "KHR_texture_",
+                "EXT_texture_",
+                "MSFT_texture_",
+                "KHR_lights_",
+                "EXT_lights_",
+                "KHR_xmp",
+            ]
+            .iter()
+            .any(|kind| name.starts_with(kind))
+    };
+    root.extensions_required.retain(|name| !changes_nothing(name));
+    match root.extensions_required.first() {
+        Some(name) => Err(format!("it needs the extension {}, which is not read; save it without", quoted(name))),
+        None => Ok(root),
+    }
+}
+
+/// A relative name as a file has it: `%20` is a blank. Where that is no text, the name as it stands.
+fn decoded(uri: &str) -> String {
+    let bytes = uri.as_bytes();
+    let mut name = Vec::with_capacity(bytes.len());
+    let mut at = 0;
+    while at < bytes.len() {
+        let code =
+            uri.get(at + 1..at + 3).filter(|code| bytes[at] == b'%' && code.bytes().all(|b| b.is_ascii_hexdigit()));
+        match code.and_then(|code| u8::from_str_radix(code, 16).ok()) {
+            Some(byte) => {
+                name.push(byte);
+                at += 3;
+            }
+            None => {
+                name.push(bytes[at]);
+                at += 1;
+            }
+        }
+    }
+    String::from_utf8(name).unwrap_or_else(|_| uri.to_owned())
+}
+
 fn buffers(
     document: &Document,
     blob: Option<Vec<u8>>,
@@ -93,7 +142,10 @@ fn buffers(
             Source::Bin => blob.take().ok_or_else(|| format!("buffer {at} is missing: the file has no binary part"))?,
             Source::Uri(uri) => match uri.strip_prefix("data:") {
                 Some(inside) => decode_inside(inside).map_err(|why| format!("buffer {at} {why}"))?,
-                None => beside(uri).map_err(|why| format!("buffer {at} ({}): {why}", quoted(uri)))?,
+                // Names are percent-encoded by the format's rule; some writers leave them as they are.
+                None => beside(&decoded(uri))
+                    .or_else(|why| if decoded(uri) == uri { Err(why) } else { beside(uri).map_err(|_| why) })
+                    .map_err(|why| format!("buffer {at} ({}): {why}", quoted(uri)))?,
             },
         };
         if data.len() < buffer.length() {
@@ -118,7 +170,7 @@ fn product(a: &Matrix, b: &Matrix) -> Matrix {
 }
 
 struct Reader<'a> {
-    buffers: &'a [Vec<u8>],
+    numbers: Numbers<'a>,
     mesh: Mesh,
     /// Whether every primitive so far has normals, and texture coordinates; `None` before the first.
     carried: [Option<bool>; 2],
@@ -190,13 +242,12 @@ impl Reader<'_> {
             self.mesh.notes.push("its points and lines are left out".into());
             return Ok(());
         }
-        self.check_accessors(primitive)?;
-        let buffers = self.buffers;
-        let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(Vec::as_slice));
-        let positions: Vec<[f32; 3]> = reader.read_positions().ok_or("it has no positions")?.collect();
+        let numbers = self.numbers;
+        let positions = primitive.get(&Semantic::Positions).ok_or("it has no positions")?;
+        let positions: Vec<[f32; 3]> = numbers.floats(&positions, "positions")?;
         let count = positions.len();
-        let corners: Vec<u32> = match reader.read_indices() {
-            Some(indices) => indices.into_u32().collect(),
+        let corners: Vec<u32> = match primitive.indices() {
+            Some(indices) => numbers.indices(&indices)?,
             None => (0..count as u32).collect(),
         };
         let first = self.mesh.positions.len();
@@ -206,30 +257,24 @@ impl Reader<'_> {
         if let Some(corner) = corners.iter().find(|&&corner| corner as usize >= count) {
             return Err(format!("an index is {corner}, and there are {count} vertices"));
         }
-        let normals: Option<Vec<[f32; 3]>> = reader.read_normals().map(Iterator::collect);
-        let uv: Option<Vec<[f32; 2]>> = reader.read_tex_coords(0).map(|uv| uv.into_f32().collect());
+        let of_each = |what: &str, held: usize| match held == count {
+            true => Ok(()),
+            false => Err(format!("it has {held} {what} for {count} vertices")),
+        };
+        let normals: Option<Vec<[f32; 3]>> = match primitive.get(&Semantic::Normals) {
+            Some(accessor) => Some(numbers.floats(&accessor, "normals")?),
+            None => None,
+        };
+        let uv: Option<Vec<[f32; 2]>> = match primitive.get(&Semantic::TexCoords(0)) {
+            Some(accessor) => Some(numbers.floats(&accessor, "texture coordinates")?),
+            None => None,
+        };
+        of_each("normals", normals.as_ref().map_or(count, Vec::len))?;
+        of_each("texture coordinates", uv.as_ref().map_or(count, Vec::len))?;
         self.carry(0, normals.is_some(), "normals");
         self.carry(1, uv.is_some(), "texture coordinates");
 
         self.place(Vertices { positions, normals, uv }, (mode, &corners), world);
-        Ok(())
-    }
-
-    /// What a primitive points at is there, and of a kind that is read.
-    fn check_accessors(&self, primitive: &Primitive<'_>) -> Result<(), String> {
-        for (semantic, accessor) in primitive.attributes() {
-            self.check(&accessor)?;
-            let kinds = [DataType::U8, DataType::U16, DataType::F32];
-            if semantic == Semantic::TexCoords(0) && !kinds.contains(&accessor.data_type()) {
-                return Err("its texture coordinates are neither floats nor shares of 8 or 16 bits".into());
-            }
-        }
-        if let Some(indices) = primitive.indices() {
-            self.check(&indices)?;
-            if ![DataType::U8, DataType::U16, DataType::U32].contains(&indices.data_type()) {
-                return Err("its indices are no whole numbers of 8, 16 or 32 bits without a sign".into());
-            }
-        }
         Ok(())
     }
 
@@ -299,31 +344,5 @@ impl Reader<'_> {
             }
             Some(_) => {}
         }
-    }
-
-    /// Whether what an accessor declares lies within its view, and the view within its buffer.
-    fn check(&self, accessor: &Accessor<'_>) -> Result<(), String> {
-        let at = accessor.index();
-        if accessor.count() == 0 {
-            return Err(format!("accessor {at} has no elements"));
-        }
-        if accessor.sparse().is_some() {
-            return Err(format!("accessor {at} is sparse, which is not read"));
-        }
-        let Some(view) = accessor.view() else { return Err(format!("accessor {at} has no buffer view")) };
-        let size = accessor.size() as u128;
-        let stride = view.stride().map_or(size, |stride| stride as u128);
-        if stride < size {
-            return Err(format!("accessor {at} has elements of {size} bytes every {stride} bytes"));
-        }
-        let end = accessor.offset() as u128 + stride * (accessor.count() as u128 - 1) + size;
-        if end > view.length() as u128 {
-            return Err(format!("accessor {at} needs {end} bytes of a buffer view that has {}", view.length()));
-        }
-        let held = self.buffers.get(view.buffer().index()).map_or(0, Vec::len) as u128;
-        if view.offset() as u128 + view.length() as u128 > held {
-            return Err(format!("buffer view {} ends beyond its buffer of {held} bytes", view.index()));
-        }
-        Ok(())
     }
 }

@@ -4,6 +4,7 @@
 //! every coordinate is finite, every corner exists, nothing is larger than the file that declares it.
 
 mod gltf_file;
+mod gltf_numbers;
 mod obj_file;
 mod ply_body;
 mod ply_file;

@@ -4,6 +4,8 @@ use std::io::BufReader;
 
 use tobj::{LoadError, LoadOptions};
 
+use crate::words::quoted;
+
 use super::triangles::{MAX_TRIANGLES, Mesh};
 
 const OPTIONS: LoadOptions =
@@ -12,7 +14,7 @@ const OPTIONS: LoadOptions =
 pub fn read(bytes: &[u8]) -> Result<Mesh, String> {
     // A file's own materials are left out: a scene says what a surface is made of.
     let (models, _) = tobj::load_obj_buf(&mut BufReader::new(bytes), &OPTIONS, |_| Err(LoadError::OpenFileFailed))
-        .map_err(|error| format!("it is no OBJ file that can be read: {error}"))?;
+        .map_err(|error| format!("it is no OBJ file that can be read: {}", told(error, bytes)))?;
     let mut mesh = Mesh::default();
     let (mut normals, mut uv) = (Vec::new(), Vec::new());
     let (mut all_normals, mut all_uv) = (true, true);
@@ -48,6 +50,61 @@ pub fn read(bytes: &[u8]) -> Result<Mesh, String> {
         mesh.notes.push("its own materials are left out: the scene says what the surface is".into());
     }
     Ok(mesh)
+}
+
+/// What is wrong, and in which line: the library tells what alone.
+fn told(error: LoadError, bytes: &[u8]) -> String {
+    let found = match error {
+        LoadError::FaceVertexOutOfBounds => missing_corner(bytes, 0, b"v", "vertex"),
+        LoadError::FaceTexCoordOutOfBounds => missing_corner(bytes, 1, b"vt", "texture coordinate"),
+        LoadError::FaceNormalOutOfBounds => missing_corner(bytes, 2, b"vn", "normal"),
+        LoadError::PositionParseError => no_numbers(bytes, b"v"),
+        LoadError::TexcoordParseError => no_numbers(bytes, b"vt"),
+        LoadError::NormalParseError => no_numbers(bytes, b"vn"),
+        _ => None,
+    };
+    found.unwrap_or_else(|| error.to_string())
+}
+
+/// The words of each line that begins with `kind`, and its number from 1.
+fn lines_of<'a>(bytes: &'a [u8], kind: &'a [u8]) -> impl Iterator<Item = (usize, Vec<&'a [u8]>)> {
+    let words = |line: &'a [u8]| line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).collect();
+    let lines = bytes.split(|&byte| byte == b'\n').map(words).zip(1..);
+    lines
+        .filter(move |(words, _): &(Vec<&[u8]>, usize)| words.first() == Some(&kind))
+        .map(|(words, line)| (line, words))
+}
+
+fn parsed<T: std::str::FromStr>(word: &[u8]) -> Option<T> {
+    std::str::from_utf8(word).ok()?.parse().ok()
+}
+
+/// The first corner of a face that asks for one of `kind` that is not there.
+fn missing_corner(bytes: &[u8], place: usize, kind: &[u8], what: &str) -> Option<String> {
+    let count = lines_of(bytes, kind).count() as i64;
+    let is_missing = |number: i64| number == 0 || number > count || number < -count;
+    lines_of(bytes, b"f").find_map(|(line, words)| {
+        let corner = words[1..]
+            .iter()
+            .filter_map(|word| word.split(|&byte| byte == b'/').nth(place).and_then(parsed::<i64>))
+            .find(|&number| is_missing(number))?;
+        Some(format!("line {line}: a face asks for {what} {corner}, and there are {count}, counted from 1"))
+    })
+}
+
+/// The first line of `kind` whose words are no numbers.
+fn no_numbers(bytes: &[u8], kind: &[u8]) -> Option<String> {
+    lines_of(bytes, kind).find_map(|(line, words)| {
+        let least = if kind == b"vt" { 2 } else { 3 };
+        let bad = words[1..].iter().find(|word| parsed::<f64>(word).is_none());
+        match bad {
+            Some(word) => Some(format!("line {line}: {} is no number", quoted(&String::from_utf8_lossy(word)))),
+            None if words.len() <= least => {
+                Some(format!("line {line}: it has {} numbers, not {least}", words.len() - 1))
+            }
+            None => None,
+        }
+    })
 }
 
 fn names_materials(bytes: &[u8]) -> bool {

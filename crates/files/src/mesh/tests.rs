@@ -172,9 +172,19 @@ fn nodes_move_turn_and_mirror() {
 
 #[test]
 fn what_a_file_gets_wrong_is_named() {
-    let cases: [(Vec<u8>, MeshFormat, &str); 13] = [
+    let cases: [(Vec<u8>, MeshFormat, &str); 15] = [
         (b"v 0 0 0\n".to_vec(), MeshFormat::Obj, "no faces"),
-        (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n".to_vec(), MeshFormat::Obj, "no OBJ file"),
+        (
+            b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 9\n".to_vec(),
+            MeshFormat::Obj,
+            "line 5: a face asks for vertex 9, and there are 3",
+        ),
+        (
+            b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//9\n".to_vec(),
+            MeshFormat::Obj,
+            "line 5: a face asks for normal 9",
+        ),
+        (b"v 0 0 0\nv 1 x 0\nv 0 1 0\nf 1 2 3\n".to_vec(), MeshFormat::Obj, "line 2: \"x\" is no number"),
         (b"v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n".to_vec(), MeshFormat::Obj, "vertex 1 lies at"),
         (b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n".to_vec(), MeshFormat::Obj, "none of its 1 triangles has an area"),
         (ply("", "").replace("3 0 2 1", "3 0 2 -1").into_bytes(), MeshFormat::Ply, "face 0 has a corner at vertex -1"),
@@ -268,6 +278,112 @@ fn torn_and_mutated_files_are_refused_in_words() {
         }
     }
     assert!(read > 50 && refused > 500, "{read} {refused}");
+}
+
+/// The tetrahedron with its corners as whole numbers of 16 bits, every 8 bytes, each a share of 32767.
+fn quantized(node: &str) -> String {
+    use base64::Engine;
+    let mut buffer = Vec::new();
+    POINTS.iter().for_each(|point| {
+        point.iter().for_each(|&c| buffer.extend(((c * 32767.0) as i16).to_le_bytes()));
+        buffer.extend([0xAA; 2]);
+    });
+    FACES.iter().flatten().for_each(|&c| buffer.extend((c as u16).to_le_bytes()));
+    let data = base64::engine::general_purpose::STANDARD.encode(&buffer);
+    gltf(node, 12)
+        .split_once("\"buffers\"")
+        .map(|(head, _)| {
+            format!(
+                r#"{head}"extensionsUsed":["KHR_mesh_quantization"],"extensionsRequired":["KHR_mesh_quantization","KHR_materials_unlit"],
+                "buffers":[{{"byteLength":{},"uri":"data:application/octet-stream;base64,{data}"}}],
+                "bufferViews":[{{"buffer":0,"byteLength":32,"byteStride":8}},{{"buffer":0,"byteOffset":32,"byteLength":24}}],
+                "accessors":[{{"bufferView":0,"componentType":5122,"normalized":true,"count":4,"type":"VEC3","min":[0,0,0],"max":[32767,32767,32767]}},
+                             {{"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}}]}}"#,
+                buffer.len()
+            )
+        })
+        .unwrap()
+}
+
+#[test]
+fn whole_numbers_of_a_gltf_are_shares_or_lengths() {
+    let mesh = decode(quantized("").as_bytes(), MeshFormat::Gltf).unwrap();
+    assert_eq!(mesh.positions, POINTS);
+    assert_eq!(mesh.open_edge(), None);
+    let plain = quantized(r#","scale":[0.5,0.5,0.5]"#).replace("\"normalized\":true,", "");
+    let mesh = decode(plain.as_bytes(), MeshFormat::Gltf).unwrap();
+    assert_eq!(mesh.positions[1], [32767.0 * 0.5, 0.0, 0.0]);
+    // What a reader must know and this one does not.
+    for (name, words) in [("FOO_bar", "needs the extension \"FOO_bar\""), ("KHR_draco_mesh_compression", "compressed")]
+    {
+        let told = decode(quantized("").replace("KHR_materials_unlit", name).as_bytes(), MeshFormat::Gltf).unwrap_err();
+        assert!(told.contains(words), "{told}");
+    }
+    let wrong = quantized("").replace("\"componentType\":5122", "\"componentType\":5125").replace("32767]", "1]");
+    assert!(decode(wrong.as_bytes(), MeshFormat::Gltf).is_err());
+}
+
+#[test]
+fn sparse_accessors_change_what_lies_below_or_nothing() {
+    use base64::Engine;
+    // Corner 3 is moved to (0, 0, 2) by a part that stands behind the dense one.
+    let mut buffer = Vec::new();
+    POINTS.iter().flatten().for_each(|&c| buffer.extend((c as f32).to_le_bytes()));
+    FACES.iter().flatten().for_each(|&c| buffer.extend((c as u16).to_le_bytes()));
+    buffer.extend([3_u8, 0, 0, 0]);
+    [0.0_f32, 0.0, 2.0].iter().for_each(|c| buffer.extend(c.to_le_bytes()));
+    let data = base64::engine::general_purpose::STANDARD.encode(&buffer);
+    let text = |view: &str, count: usize, sparse: &str| {
+        gltf("", 12).split_once("\"buffers\"").map(|(head, _)| {
+            format!(
+                r#"{head}"buffers":[{{"byteLength":88,"uri":"data:application/octet-stream;base64,{data}"}}],
+                "bufferViews":[{{"buffer":0,"byteLength":48}},{{"buffer":0,"byteOffset":48,"byteLength":24}},
+                               {{"buffer":0,"byteOffset":72,"byteLength":1}},{{"buffer":0,"byteOffset":76,"byteLength":12}}],
+                "accessors":[{{{view}"componentType":5126,"count":{count},"type":"VEC3","min":[0,0,0],"max":[1,1,2],
+                               "sparse":{{"count":{sparse},"indices":{{"bufferView":2,"componentType":5121}},"values":{{"bufferView":3}}}}}},
+                             {{"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}}]}}"#
+            )
+        })
+    };
+    let read = |view: &str, count: usize, sparse: &str| {
+        decode(text(view, count, sparse).unwrap().as_bytes(), MeshFormat::Gltf)
+    };
+    let mut moved = POINTS;
+    moved[3] = [0.0, 0.0, 2.0];
+    assert_eq!(read("\"bufferView\":0,", 4, "1").unwrap().positions, moved);
+    assert!(read("", 4, "1").unwrap_err().contains("has an area"), "all corners but one are (0, 0, 0)");
+    for (view, count, sparse, words) in [
+        ("\"bufferView\":0,", 4, "5", "5 sparse values of 4"),
+        ("\"bufferView\":0,", 3, "1", "changes element 3 of 3"),
+        ("\"bufferView\":0,", 4, "2", "the sparse part of accessor 0 needs 2 bytes"),
+        ("", 1_000_000_000, "1", "has 1000000000 elements, and the file 88 bytes"),
+    ] {
+        let told = read(view, count, sparse).unwrap_err();
+        assert!(told.contains(words), "{words}: {told}");
+    }
+}
+
+#[test]
+fn buffers_are_asked_for_by_their_decoded_names() {
+    let text = gltf("", 12).replace("data:application/octet-stream;base64,", "");
+    let at = text.find("\"uri\":\"").unwrap() + 7;
+    let end = at + text[at..].find('"').unwrap();
+    let named = |name: &str| format!("{}{name}{}", &text[..at], &text[end..]);
+    for (uri, wanted) in [
+        ("my%20b%C3%BCffer.bin", "my b\u{fc}ffer.bin"),
+        ("100%.bin", "100%.bin"),
+        ("%ff.bin", "%ff.bin"),
+        ("%2e%2e/x", "../x"),
+    ] {
+        let asked = std::cell::RefCell::new(Vec::new());
+        let beside = |name: &str| {
+            asked.borrow_mut().push(name.to_owned());
+            Err(format!("no {name}"))
+        };
+        let told = decode_mesh(named(uri).as_bytes(), MeshFormat::Gltf, None, &beside).unwrap_err();
+        assert_eq!(asked.borrow()[0], wanted);
+        assert!(told.contains(&format!("no {wanted}")), "{told}");
+    }
 }
 
 #[test]

@@ -288,7 +288,8 @@ fn finish(reading: Reading, lines: &[&str]) -> Result<Rows, String> {
     })
 }
 
-/// A number with both marks, `1,234.5` or `1.234,5`, groups thousands: which is which cannot be told safely.
+/// A number with both marks, `1,234.5` or `1.234,5`, groups thousands: which is which cannot be told safely. So does `1,234`
+/// in a row whose other numbers have decimal points.
 fn thousands(lines: &[&str]) -> Result<(), String> {
     for (index, line) in lines.iter().enumerate() {
         let has_both = line.contains(',') && line.contains('.');
@@ -305,7 +306,11 @@ fn thousands(lines: &[&str]) -> Result<(), String> {
         } else {
             &[' ']
         };
-        let grouped = line.split(separators).map(str::trim).find(|word| is_grouped(word));
+        let words: Vec<&str> = line.split(separators).map(str::trim).collect();
+        // `400.5, 123,456` are three numbers between commas.
+        let are_cells = !words.iter().any(|word| word.ends_with(','));
+        let has_points = are_cells && words.iter().any(|word| word.contains('.') && !word.contains(','));
+        let grouped = words.iter().find(|word| is_grouped(word) || has_points && has_groups(word, ','));
         if let Some(word) = grouped {
             // `400,0.1` is two numbers between commas, not one with groups.
             return Err(format!(
@@ -323,17 +328,24 @@ fn is_grouped(word: &str) -> bool {
     let body = word.trim_start_matches(['+', '-']);
     [(',', '.'), ('.', ',')].into_iter().any(|(group, decimal)| {
         let Some((whole, fraction)) = body.split_once(decimal) else { return false };
-        let mut groups = whole.split(group);
-        let digits = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
-        let first = groups.next().unwrap_or("");
-        let rest: Vec<&str> = groups.collect();
-        digits(first)
-            && !first.starts_with('0')
-            && first.len() <= 3
-            && !rest.is_empty()
-            && rest.iter().all(|part| part.len() == 3 && digits(part))
-            && digits(fraction)
+        has_groups(whole, group) && is_digits(fraction)
     })
+}
+
+/// `1,234`, `12,345,678`: groups of three digits behind one to three that do not begin with a nought.
+fn has_groups(whole: &str, group: char) -> bool {
+    let mut groups = whole.trim_start_matches(['+', '-']).split(group);
+    let first = groups.next().unwrap_or("");
+    let rest: Vec<&str> = groups.collect();
+    is_digits(first)
+        && !first.starts_with('0')
+        && first.len() <= 3
+        && !rest.is_empty()
+        && rest.iter().all(|part| part.len() == 3 && is_digits(part))
+}
+
+fn is_digits(part: &str) -> bool {
+    !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 /// What a text without a table holds instead.

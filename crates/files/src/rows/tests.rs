@@ -43,6 +43,12 @@ fn thousands_marks_are_refused() {
     }
     assert!(!is_grouped("400,0.1") && !is_grouped("1234.5") && is_grouped("12,345,678.9"));
     assert!(!is_grouped("0.365,1"), "nothing is grouped behind a nought: two numbers");
+    // Fifteen of 401 rows were read, those of three digits, and the others passed over.
+    for text in ["nm;counts\n400.0;41\n400.5;61,233\n401.0;812\n", "nm\tcounts\n400.0\t1,233\n400.5\t61,233\n"] {
+        assert!(Rows::read(text, 2).unwrap_err().contains("groups its thousands"), "{text:?}");
+    }
+    assert_eq!(read("nm;R\n400;1,233\n401;1,234\n").columns[1], [1.233, 1.234], "decimal commas");
+    assert_eq!(read("400.5, 123,456\n401.5, 124,457\n").columns.len(), 3);
 }
 
 #[test]
