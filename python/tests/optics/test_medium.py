@@ -153,6 +153,12 @@ def test_soap_is_water_and_air_is_one() -> None:
         np.testing.assert_array_equal(ir.Medium(name).index([1.0, 550.0, 1e9]), 1.0)
 
 
+def test_glass_is_window_glass_in_python_and_in_stack_texts() -> None:
+    slab = ir.Layer("glass", thickness_nm=1e6, coherent=False)
+    assert ir.Medium("glass") == ir.Medium("soda-lime") == slab.medium
+    assert ir.Stack.parse("air / glass 1e6 incoherent / air") == ir.Stack(["air", slab, "air"])
+
+
 def test_clear_media_are_clear() -> None:
     """Light may enter from these, so k must be exactly 0."""
     for name in CLEAR:
