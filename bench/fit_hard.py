@@ -10,11 +10,12 @@ lamp           nothing but the lamp, on every seed
 spikes         3 to 8 channels that are 0.2 to 3 times the signal's range too high
 drift          stray light of up to 0.4 of the mean, sloping and bowed
 index          the film's index off by a random 1 %, of which the fit is told (`index_tolerance=0.01`)
-index untold   the same, of which it is told nothing: intervals cannot hold it
+index untold   the same, of which it is told nothing: intervals cannot hold it, a note says what 1 % of it moves
 uneven         a thickness that varies over the spot by up to 1.5 % (sd), even or in a wedge
 all            every one of these at once, lamp on every seed
 thin           below one fringe, with stray light
 empty          no film: a lamp's light, the bare base, a dark file with an offset
+known drift    "drift", by a dark and a reference spectrum that has changed by 2 % since
 known          "all", by a dark and a reference spectrum that has changed by 2 % since
 known thin     from 15 nm to 0.8 fringes, so
 known empty    no film, so
@@ -51,7 +52,7 @@ STACKS = {
 }
 FAMILIES = (
     *("lamp", "spikes", "drift", "index", "index untold", "uneven", "all"),
-    *("thin", "empty", "known", "known thin", "known empty"),
+    *("thin", "empty", "known drift", "known", "known thin", "known empty"),
 )
 PROBABILITIES = (0.95, 0.68)
 
@@ -142,9 +143,10 @@ def spectrum(family: str, name: str, seed: int) -> Spectrum:
     light = bell(nm, random, int(random.integers(1, 3))) if lamp else np.ones(nm.size)
     x = np.linspace(-1.0, 1.0, nm.size)
     drift = 1.0 + random.uniform(-0.7, 0.7) * x + random.uniform(-0.3, 0.3) * (x * x - 0.3)
-    amount = {"drift": 0.4, "all": 0.3, "thin": 0.3, "empty": 0.3}.get(family, 0.0)
-    stray = random.uniform(0.0, amount) * float(clean.mean()) * (drift if family in ("drift", "all") else 1.0)
-    seen = light * clean + (light if family != "drift" else 1.0) * stray
+    drifts = family in ("drift", "known drift")
+    amount = {"drift": 0.4, "known drift": 0.4, "all": 0.3, "thin": 0.3, "empty": 0.3}.get(family, 0.0)
+    stray = random.uniform(0.0, amount) * float(clean.mean()) * (drift if drifts or family == "all" else 1.0)
+    seen = light * clean + (1.0 if drifts else light) * stray
     if family == "empty" and seed % 3 == 0:
         seen = np.full(nm.size, float(clean.mean()))  # a dark file
     noise = 0.01 * float(np.max(light) * clean.mean()) * (0.3 + np.sqrt(light / light.max()))

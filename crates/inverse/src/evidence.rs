@@ -3,7 +3,7 @@
 //! For a film whose spectrum is R(l),
 //!
 //! ```text
-//! y(l) = g (1 + level u + bend p(l)) R(l) + g stray (v + bend q(l)) + noise
+//! y(l) = g (1 + level u + bend p(l)) R(l) + g stray (v + drift q(l)) + noise
 //! ```
 //!
 //! with u, v normal of variance 1, p and q smooth curves of covariance exp(-(dl / length)^2 / 2), and independent noise of
@@ -36,7 +36,7 @@ pub struct Measured<'a> {
 /// How lamp, stray light and noise may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nuisance {
-    /// Which of the smooth curves bend the response; without effect where `bend` is 0.
+    /// Which of the smooth curves bend the response and the stray light; without effect where `bend` and `drift` are 0.
     pub curves: usize,
     /// The gain g, > 0.
     pub gain: f64,
@@ -48,6 +48,9 @@ pub struct Nuisance {
     pub stray: f64,
     /// By how much the noise is larger than stated.
     pub kappa: f64,
+    /// Standard deviation of the stray light along the wavelengths, of `stray`: light through the same lamp bends as that
+    /// does, a baseline that drifts does so under an even response, too.
+    pub drift: f64,
 }
 
 /// What the light and the film together look like, once an explanation is taken.
@@ -105,17 +108,16 @@ struct System {
 
 #[inline(always)]
 fn system(products: &Products, q: usize, of: &Nuisance) -> System {
-    let used = if of.bend > 0.0 { q } else { 1 };
+    let used = if of.bend > 0.0 || of.drift > 0.0 { q } else { 1 };
     let mut columns = Vec::with_capacity(2 * used);
     for (is_stray, size) in [(false, of.gain), (true, of.gain * of.stray)] {
         for a in 0..used {
             let scale = size
-                * if a > 0 {
-                    of.bend
-                } else if is_stray {
-                    1.0
-                } else {
-                    of.level
+                * match (is_stray, a) {
+                    (false, 0) => of.level,
+                    (false, _) => of.bend,
+                    (true, 0) => 1.0,
+                    (true, _) => of.drift,
                 };
             if scale > 0.0 {
                 columns.push((scale, is_stray, a));
@@ -207,7 +209,7 @@ fn check(
         n.curves < curves.len()
             && n.gain > 0.0
             && n.kappa > 0.0
-            && [n.gain, n.kappa, n.level, n.bend, n.stray].iter().all(|v| *v >= 0.0 && v.is_finite())
+            && [n.gain, n.kappa, n.level, n.bend, n.stray, n.drift].iter().all(|v| *v >= 0.0 && v.is_finite())
     };
     match nuisances.iter().find(|one| !good(one)) {
         Some(one) => refuse(format!("gain and kappa must be > 0, all others >= 0, curves known, got {one:?}")),
@@ -275,10 +277,11 @@ mod tests {
         let mut sigma = vec![0.0; count * count];
         for i in 0..count {
             for j in 0..count {
-                let k = n.bend * n.bend * (-0.5 * ((nm[i] - nm[j]) / length).powi(2)).exp();
+                let k = (-0.5 * ((nm[i] - nm[j]) / length).powi(2)).exp();
+                let (bend, drift) = (n.bend * n.bend * k, n.drift * n.drift * k);
                 sigma[i * count + j] = n.gain
                     * n.gain
-                    * (spectrum[i] * spectrum[j] * (n.level * n.level + k) + n.stray * n.stray * (1.0 + k));
+                    * (spectrum[i] * spectrum[j] * (n.level * n.level + bend) + n.stray * n.stray * (1.0 + drift));
             }
             sigma[i * count + i] += (n.kappa * of.sd[i]).powi(2);
         }
@@ -302,11 +305,16 @@ mod tests {
             nm.iter().zip(&spectrum).map(|(l, r)| 1.1 * r * (1.0 + 0.1 * (l / 40.0).sin()) + 0.01).collect();
         let sd: Vec<f64> = nm.iter().map(|l| 0.02 + 1e-5 * l).collect();
         let of = Measured { values: &values, sd: &sd };
-        for (length, bend, stray, level) in
-            [(50.0, 0.3, 0.05, 0.2), (120.0, 0.1, 0.0, 0.1), (50.0, 0.0, 0.05, 0.3), (20.0, 0.0, 0.0, 0.0)]
-        {
+        for (length, bend, stray, level, drift) in [
+            (50.0, 0.3, 0.05, 0.2, 0.3),
+            (120.0, 0.1, 0.0, 0.1, 0.1),
+            (50.0, 0.0, 0.05, 0.3, 0.0),
+            (200.0, 0.0, 0.05, 0.3, 0.5),
+            (120.0, 0.03, 0.05, 0.0, 0.5),
+            (20.0, 0.0, 0.0, 0.0, 0.0),
+        ] {
             let curves = [SmoothCurves::new(&nm, length).unwrap()];
-            let nuisance = Nuisance { curves: 0, gain: 1.0, level, bend, stray, kappa: 1.3 };
+            let nuisance = Nuisance { curves: 0, gain: 1.0, level, bend, stray, kappa: 1.3, drift };
             let got = log_evidences(of, &spectrum, &curves, &[nuisance], &Watch::new()).unwrap()[0];
             let wanted = whole(of, &spectrum, &nm, length, &nuisance);
             assert!((got - wanted).abs() < 2e-3, "{length} {bend}: {got} {wanted}");
@@ -321,7 +329,7 @@ mod tests {
         let values: Vec<f64> = nm.iter().zip(&spectrum).map(|(l, r)| lamp(*l) * r + 0.05).collect();
         let sd = vec![1e-3; nm.len()];
         let curves = [SmoothCurves::new(&nm, 50.0).unwrap()];
-        let nuisance = Nuisance { curves: 0, gain: 2.0, level: 0.3, bend: 0.3, stray: 0.1, kappa: 1.0 };
+        let nuisance = Nuisance { curves: 0, gain: 2.0, level: 0.3, bend: 0.3, stray: 0.1, kappa: 1.0, drift: 0.3 };
         let found = explain(Measured { values: &values, sd: &sd }, &spectrum, &curves, &nuisance).unwrap();
         for (i, l) in nm.iter().enumerate().skip(10).take(180) {
             assert!((found.response[i] / lamp(*l) - 1.0).abs() < 0.02, "{l}: {} {}", found.response[i], lamp(*l));
@@ -333,7 +341,8 @@ mod tests {
     fn what_cannot_be_asked_is_refused_and_what_is_stopped_stops() {
         let (values, sd) = ([1.0, 2.0], [0.1, 0.1]);
         let curves = [SmoothCurves::new(&[500.0, 510.0], 50.0).unwrap()];
-        let nuisance = Nuisance { curves: 0, gain: 1.0, level: 0.0, bend: 0.0, stray: 0.0, kappa: 1.0 };
+        let nuisance =
+            Nuisance { curves: 0, gain: 1.0, level: 0.0, bend: 0.0, stray: 0.0, kappa: 1.0, drift: 0.0 };
         let of = Measured { values: &values, sd: &sd };
         let bad = Nuisance { gain: -1.0, ..nuisance };
         assert!(log_evidences(of, &[0.1, 0.2], &curves, &[bad], &Watch::new()).is_err());

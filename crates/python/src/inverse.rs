@@ -13,16 +13,17 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(inverse_explain, module)?)
 }
 
-/// Nuisances as rows: which length, gain, level, bend, stray, kappa.
+/// Nuisances as rows: which length, gain, level, bend, stray, kappa, drift.
 fn nuisances(rows: &PyReadonlyArray2<'_, f64>) -> Result<Vec<Nuisance>> {
     let values = rows.as_slice()?;
-    let made = values.chunks_exact(6).map(|row| Nuisance {
+    let made = values.chunks_exact(7).map(|row| Nuisance {
         curves: row[0] as usize,
         gain: row[1],
         level: row[2],
         bend: row[3],
         stray: row[4],
         kappa: row[5],
+        drift: row[6],
     });
     Ok(made.collect())
 }

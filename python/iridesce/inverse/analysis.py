@@ -9,9 +9,18 @@ from typing import Any
 import numpy as np
 
 from iridesce.arguments.operands import Floats
-from iridesce.inverse.candidates import WIDEST_LINE_NM, Search, model_of
+from iridesce.inverse.candidates import Search, model_of
 from iridesce.inverse.data import scatter, too_much, weights_of, without_lamp
-from iridesce.inverse.model import HarmonicModel, Model, Problem, by_index, describe, harmonics, uneven
+from iridesce.inverse.model import (
+    HarmonicModel,
+    Model,
+    Problem,
+    by_index,
+    describe,
+    harmonics,
+    quarter_wave_nm,
+    uneven,
+)
 from iridesce.inverse.posterior import (
     PRIOR_FILM,
     PRIOR_NONE,
@@ -22,10 +31,12 @@ from iridesce.inverse.posterior import (
     climb,
     log_sum,
     moved_by_index,
+    near_index,
     prior_density,
     temper,
     together,
 )
+from iridesce.inverse.remarks import Known, remarks
 from iridesce.inverse.results import FitResult, Solution, apart, order_share
 from iridesce.inverse.search import round_trip_rate, starts
 from iridesce.inverse.solve import Data, Fitted, Solver, student
@@ -86,7 +97,7 @@ class Analysis:
         # Only where one thickness is all that is unknown does its posterior have one axis.
         self.single = self.unknown == 1 and problem.index_count == 0
 
-    def result(self, pliable: bool, probability: float, tolerance: float) -> FitResult:
+    def result(self, pliable: bool, probability: float, tolerance: float | None) -> FitResult:
         found = self._minima(pliable)
         engine = Engine(self._measured(found), self.light)
         rated = self._rated(engine, found)
@@ -108,7 +119,7 @@ class Analysis:
         top = rated[0].log_evidence if rated else 0.0
         near = [one for one in rated[:_MOST_PEAKS] if one.log_evidence > top - _LOOK]
         solved = [self._solution(engine, one, probability, tolerance) for one in near]
-        return self._answer(engine, solved, probability)
+        return self._answer(engine, solved, probability, tolerance)
 
     # --- minima
 
@@ -126,6 +137,8 @@ class Analysis:
                 ]
         if self.single and self.light.gain is not None and not self.light.exact:
             # A reference is good to a few per cent: the thin films that this hides are no minima under an even gain.
+            if pliable and not (found and self._explains(found[0][0])):
+                found = found + self._drifting()
             lines = [self.line] if self.line is not None else [0.0]
             solver = search.solver()
             thin = [solver.at(np.array([h, line * line])) for h, line in self._scanned(found, lines)]
@@ -135,6 +148,8 @@ class Analysis:
             return [(one, search) for one, search in found if one.misfit < found[0][0].misfit + 4.0 * limit]
         if not pliable:
             return found
+        if self.light.gain is not None:
+            return found + self._drifting()
         bent = Search(self.problem, self.model, replace(self.data, bend=2, baseline=3), self.line, self.bounds)
         if not self.single:
             return found + [(one, bent) for one in bent.candidates()[:8]]
@@ -146,6 +161,11 @@ class Analysis:
             if self.bounds[0, 0] <= thickness <= self.bounds[0, 1]:
                 far.append((solver.at(np.array([thickness, line * line])), bent))
         return found + far
+
+    def _drifting(self) -> list[tuple[Fitted, Search]]:
+        """Minima under a baseline that is slanted and bowed, where the gain is known."""
+        search = Search(self.problem, self.model, replace(self.data, baseline=3), self.line, self.bounds)
+        return [(one, search) for one in search.candidates()[:8]]
 
     def _explains(self, best: Fitted) -> bool:
         """Whether nothing smooth is left."""
@@ -237,11 +257,11 @@ class Analysis:
         return np.asarray(films.rows[int(engine.log_evidences(spectrum, films)[0].argmax())])
 
     def _solution(
-        self, engine: Engine, one: _Found, probability: float, tolerance: float
+        self, engine: Engine, one: _Found, probability: float, tolerance: float | None
     ) -> tuple[Solution, float, bool]:
         """A solution, the logarithm of its mass, and whether it is an end of what was searched."""
         if not self.single:
-            return self._laplace(engine, one, probability, tolerance)
+            return self._laplace(engine, one, probability, tolerance or 0.0)
         start = one.fitted.parameters
         rate = float(round_trip_rate(self.problem, self.data.wavelength_nm, 0).max())
         bounds = (float(self.bounds[0, 0]), float(self.bounds[0, 1]))
@@ -264,13 +284,15 @@ class Analysis:
                 spectrum if start[-1] > 0.0 else spectrum + by * by_index(self.problem, self.data.wavelength_nm, same)
             )
 
-        moved = moved_by_index(engine, off, peak, tolerance, bounds)
+        moved = moved_by_index(engine, off, peak, tolerance or 0.0, bounds)
+        per_percent = 0.01 * moved / tolerance if tolerance else near_index(engine, off, peak, 0.01, 0.02 / rate)
         thickness, wide = peak.thickness_nm, student(probability, 1e6) * moved
         interval = (max(thickness - math.hypot(low, wide), 0.0), thickness + math.hypot(high, wide))
         sd = math.hypot(peak.sd_nm, moved)
         parameters = np.array([peak.thickness_nm, *start[1:]])
+        told = self._told(engine, model, parameters, peak.best, thickness, interval, sd, {})
         return (
-            self._told(engine, model, parameters, peak.best, thickness, interval, sd, {}),
+            replace(told, nm_per_percent_of_index=per_percent),
             peak.log_mass,
             peak.at_end,
         )
@@ -364,9 +386,9 @@ class Analysis:
         fitted = response * spectrum + stray
         residual = self.data.measured - fitted
         x = self.data.x
-        bent = row[3] > 0.0
+        bent, drifts = row[3] > 0.0, row[6] > 0.0
         gains = np.polynomial.polynomial.polyfit(x, response, 2) if bent else [float(response[0]), 0.0, 0.0]
-        baseline = () if row[4] == 0.0 else np.polynomial.polynomial.polyfit(x, stray, 2 if bent else 0)
+        baseline = () if row[4] == 0.0 else np.polynomial.polynomial.polyfit(x, stray, 2 if drifts else 0)
         freedom = max(self.data.wavelength_nm.size - 1 - self.data.linear_count, 1)
         left = residual * self.data.weight
         gain, gain_slope, gain_bend = (float(value) for value in gains)
@@ -390,16 +412,23 @@ class Analysis:
 
     # --- answer
 
-    def _answer(self, engine: Engine, solved: list[tuple[Solution, float, bool]], probability: float) -> FitResult:
-        bare = None
+    def _answer(
+        self,
+        engine: Engine,
+        solved: list[tuple[Solution, float, bool]],
+        probability: float,
+        tolerance: float | None,
+    ) -> FitResult:
+        bare = []
         if self.unknown == 1:
             zero = self.problem.with_thickness([0.0])
-            bare = np.asarray(
-                getattr(zero, self.problem.quantity)(
-                    self.data.wavelength_nm, self.problem.angle_deg, self.problem.polarization
-                )
-            )
-        none, other = engine.without_film(bare)
+            seen = getattr(zero, self.problem.quantity)
+            bare.append(np.asarray(seen(self.data.wavelength_nm, self.problem.angle_deg, self.problem.polarization)))
+        if isinstance(self.model, HarmonicModel):
+            # A film that is too thick or too uneven to show its fringes is none that could be told: with a baseline that drifts
+            # nearly all such thicknesses suit a spectrum without fringes.
+            bare.append(self.model.of.base)
+        none, other = engine.without_film(*bare)
         solved = apart(sorted(solved, key=lambda one: -one[1]))
         logs = np.array(
             [
@@ -417,7 +446,8 @@ class Analysis:
         )
         rest = float(shares[2:].sum()) - sum(one.weight for one in solutions)
         verdict = self._verdict(solutions, float(shares[0]), float(shares[1]), solved)
-        self._remarks(solutions, verdict)
+        known = Known(self.light, self.bounds, self.line, [place + 1 for place in self.problem.unknown], self.single)
+        self.notes.extend(remarks(known, self.data.measured, solutions, verdict, tolerance))
         noise = float(1.0 / np.sqrt(np.mean(1.0 / engine.of.sd**2)))
         return FitResult(
             solutions,
@@ -441,8 +471,10 @@ class Analysis:
         best = solutions[0]
         if other > 0.5 or best.kappa >= _WORST_KAPPA or solved[0][2]:
             return "doubtful"
-        # A lamp that bends can make one fringe out of nothing: below, and just above, the response has to be known.
-        lamp = self.light.gain is None and max(abs(best.gain_slope), abs(best.gain_bend)) > 0.0
+        # A lamp that bends, or a baseline that drifts, can make one fringe out of nothing: below, and just above, the response
+        # has to be known.
+        bends = max(abs(best.gain_slope), abs(best.gain_bend)) > 0.0 or len(best.baseline) > 1
+        lamp = self.light.gain is None and bends
         if lamp and self._fringes(best) < _FRINGES_OF_A_LAMP:
             return "ambiguous"
         return "clear" if self._order_share(solutions) > _CLEAR else "ambiguous"
@@ -458,42 +490,4 @@ class Analysis:
         """Probability of the best solution's order: of all within a quarter of a wave."""
         if not self.single:
             return solutions[0].weight
-        middle = float(np.median(self.data.wavelength_nm))
-        medium = self.problem.stack.layers[self.problem.unknown[0]].medium
-        quarter = middle / (4.0 * max(float(np.real(medium.index(middle, extrapolate="hold"))), 1.0))
-        return order_share(solutions, quarter)
-
-    def _remarks(self, solutions: tuple[Solution, ...], verdict: str) -> None:
-        if verdict == "none":
-            self.notes.append(
-                "no film is the likeliest explanation: there are no fringes that a lamp or the bare base could not make"
-                + ("" if self.light.gain is not None else "; thin films need a known gain (gain=1.0), or a reference")
-            )
-        if not solutions:
-            return
-        best = solutions[0]
-        for place, (low, high) in enumerate(self.bounds):
-            interval = best.interval_nm if self.unknown == 1 else best.interval_nm[place]
-            if interval[0] <= low or interval[1] >= high:
-                self.notes.append(
-                    f"the interval of layer {self.problem.unknown[place] + 1} reaches an end of thickness_range_nm "
-                    f"({low:g} to {high:g} nm)" + ("" if self.light.gain else "; a known gain tells thin films apart")
-                )
-        if self.line is None and best.resolution_nm >= 0.999 * WIDEST_LINE_NM:
-            self.notes.append(
-                f"the fringes are paler than even a line of {WIDEST_LINE_NM:g} nm makes them: uneven film, or another stack"
-            )
-        bend = max(abs(best.gain_slope), abs(best.gain_bend))
-        if self.light.gain is None and not self.light.bent and bend > 0.02 * best.gain:
-            self.notes.append(
-                "an even gain does not fit; it was taken as a smooth curve, and stray light too (a drifting lamp, counts that "
-                "were not divided by it)"
-            )
-        if best.kappa > 1.0:
-            self.notes.append(
-                f"the best curve misses the data by about {best.kappa:g} times the noise: the index, the wavelengths or "
-                "another stack"
-            )
-        spread = float(np.std(self.data.measured))
-        if float(np.std(self.data.measured - best.fitted)) > 0.7 * spread:
-            self.notes.append("the model explains less than half of what varies: doubt the stack or the data")
+        return order_share(solutions, quarter_wave_nm(self.problem, self.data.wavelength_nm))

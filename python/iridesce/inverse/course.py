@@ -19,7 +19,7 @@ import numpy.typing as npt
 from iridesce._interrupts import heard
 from iridesce.arguments.operands import Floats
 from iridesce.inverse.candidates import model_of
-from iridesce.inverse.model import HarmonicModel, Problem
+from iridesce.inverse.model import HarmonicModel, Problem, quarter_wave_nm
 from iridesce.inverse.posterior import PRIOR_FILM, PRIOR_NONE, prior_density, temper
 from iridesce.inverse.search import round_trip_rate
 
@@ -338,10 +338,7 @@ class Course:
 
     def near_nm(self, h: Floats) -> Floats:
         """Films within this are of one order: a quarter of a wave, less for thin ones."""
-        middle = float(np.median(self.nm))
-        medium = self.problem.stack.layers[self.problem.unknown[0]].medium
-        n = max(float(np.real(medium.index(middle, extrapolate="hold"))), 1.0)
-        return np.minimum(middle / (4.0 * n), 0.25 * h + 3.0)
+        return np.minimum(quarter_wave_nm(self.problem, self.nm), 0.25 * h + 3.0)
 
     def fringes(self, h: Floats) -> Floats:
         """Over the spectrum."""

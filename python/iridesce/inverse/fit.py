@@ -78,7 +78,7 @@ def fit_thickness(
     dark: npt.ArrayLike | None = None,
     reference: npt.ArrayLike | None = None,
     reference_stack: Any = None,
-    index_tolerance: float = 0.0,
+    index_tolerance: float | None = None,
     angle_tolerance_deg: float = 0.0,
 ) -> FitResult:
     """Unknown film thicknesses from a reflectance or transmittance spectrum: every plausible solution and its probability.
@@ -114,7 +114,8 @@ def fit_thickness(
                    then (measured - dark) / (reference - dark) times its reflectance or transmittance, the gain 1 within a few
                    per cent unless ``gain`` says otherwise, and channels without light are dropped             (n,)
     reference_stack  a `Stack` or text, "air / Si"; None: a perfect mirror (a free path, for transmittance)
-    index_tolerance  standard deviation of the film's index, relative: it widens the intervals by what the film moves with it
+    index_tolerance  standard deviation of the film's index, relative: it widens the intervals by what the film moves with it.
+                   None: nothing is known of it; intervals are those of an exact index, and a note says what 1 % of it moves
     measurements   several `Measurement` of one film instead of wavelength_nm and measured: they share thicknesses, index
                    ("constant" at most) and an error of the angle; gain, baseline, noise, angle are those of each. Instruments'
                    lines are taken as points, thicknesses looked for up to 10 000 nm (several unknowns: 1 000)
@@ -133,7 +134,7 @@ def fit_thickness(
     >>> len(found), round(found[0].thickness_nm, 1), round(found[0].resolution_nm, 1)
     (1, 1234.5, 3.0)
     """
-    tolerance = number("index_tolerance", index_tolerance, low=0.0, high=1.0)
+    tolerance = None if index_tolerance is None else number("index_tolerance", index_tolerance, low=0.0, high=1.0)
     angle_tolerance = number("angle_tolerance_deg", angle_tolerance_deg, low=0.0, high=20.0)
     if not 0.0 < number("probability", probability, low=0.0, high=1.0) < 1.0:
         raise refusal("probability", "> 0 and < 1", probability)
@@ -161,7 +162,7 @@ def fit_thickness(
                 Words("both"),
             )
         return _together(
-            measurements, stack, layer, index, thickness_range_nm, tolerance, angle_tolerance, float(probability)
+            measurements, stack, layer, index, thickness_range_nm, tolerance or 0.0, angle_tolerance, float(probability)
         )
     if wavelength_nm is None or measured is None:
         raise complaint(
@@ -224,7 +225,7 @@ def fit_thickness(
         nm, values, sd = nm[steady], values[steady], None if sd is None else sd[steady]
         weight = even_weight(values, notes) if sd is None else unit(1.0 / sd)
     bounds = _bounds(thickness_range_nm, problem, nm, notes)
-    pliable = baseline == "auto" and fixed_gain is None and nm.size >= 4 * (parameters + 4)
+    pliable = baseline == "auto" and nm.size >= 4 * (parameters + 4)
     fit = Analysis(problem, Data(nm, values, weight, fixed_gain, bend, terms), sd, light, line, bounds, notes)
     return scaled(fit.result(pliable, probability, tolerance), scale)
 

@@ -309,6 +309,13 @@ def phase_rate(problem: Problem, wavelength_nm: Floats, which: int = 0) -> Float
     return np.asarray(4.0 * np.pi * np.sqrt(square) / wavelength_nm)
 
 
+def quarter_wave_nm(problem: Problem, wavelength_nm: Floats) -> float:
+    """Of the first unknown layer, in the middle of the spectrum: films within it are of one order."""
+    middle = float(np.median(wavelength_nm))
+    medium = problem.stack.layers[problem.unknown[0]].medium
+    return middle / (4.0 * max(float(np.real(medium.index(middle, extrapolate="hold"))), 1.0))
+
+
 class HarmonicModel:
     """A single clear layer; parameters (thickness, variance)."""
 

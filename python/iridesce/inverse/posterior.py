@@ -25,6 +25,9 @@ BENDS = (0.05, 0.3)
 _FINE = (20.0, 0.04)
 # A bell without any bumps is a lamp, too: the last of the lengths.
 _BARE = len(LENGTHS_NM) - 1
+# A baseline that drifts under an even or a known response: slowly, and by as much of the stray light. So probable where the
+# response is even and there is stray light.
+_DRIFT_NM, _DRIFT, _DRIFTS = 200.0, 0.5, 0.3
 # What is neither film nor lamp: curves finer than any lamp.
 _OTHER_LENGTHS_NM = (5.0, 10.0)
 _OTHER_BENDS = (0.1, 0.4)
@@ -129,7 +132,7 @@ class Engine:
         self.lamps = range(_BARE if smooth else len(LENGTHS_NM))
         shares = [0.0 if smooth or place == _BARE else _FINE[1] for place in range(len(LENGTHS_NM))]
         self.curves = [(length, _FINE[0], share) for length, share in zip(LENGTHS_NM, shares, strict=True)]
-        self.curves += [(length, length, 0.0) for length in _OTHER_LENGTHS_NM]
+        self.curves += [(length, length, 0.0) for length in (*_OTHER_LENGTHS_NM, _DRIFT_NM)]
         nm = measured.wavelength_nm
         # Curves whose length is below two channels are noise.
         self.fine = [length for length in _OTHER_LENGTHS_NM if length > 2.0 * float(np.median(np.diff(nm)))]
@@ -159,22 +162,28 @@ class Engine:
     def films(self, spectrum: Floats) -> Explanations:
         """What may lie between a film of this spectrum and the data."""
         gains = self._gains(spectrum)
-        bends: list[tuple[int, float, float]] = []
-        shapes = [(place, bend) for place in self.lamps for bend in self._bends()]
         known = self.light.gain is not None
         even = 0.0 if self.light.bent or (known and not self.light.exact) else _STATED if known else 0.5
+        # Curves, how far the response bends with them, and how far the stray light, each with its probability.
+        drifting = len(self.curves) - 1
+        bends: list[tuple[int, float, float, float]] = []
+        drifts = _DRIFTS if self.light.stray else 0.0
         if even > 0.0:
-            bends.append((0, 0.0, even))
-        bends += [(place, bend, (1.0 - even) / len(shapes)) for place, bend in shapes]
+            bends.append((0, 0.0, 0.0, even * (1.0 - drifts)))
+            bends += [(drifting, 0.0, _DRIFT, even * drifts)] if drifts else []
+        shapes = [(place, bend, bend) for place in self.lamps for bend in self._bends()]
+        if known and drifts:
+            shapes.append((self.lamps[-1], self._bends()[-1], _DRIFT))
+        bends += [(place, bend, drift, (1.0 - even) / len(shapes)) for place, bend, drift in shapes]
         rows, priors = [], []
         for gain, gain_prior in gains:
-            for place, bend, bend_prior in bends:
+            for place, bend, drift, bend_prior in bends:
                 exact = self.light.gain is not None and self.light.exact and bend == 0.0
                 level = 0.0 if exact else _FREE_LEVEL if self.light.gain is None else _REFERENCED
                 strays = [size * self.of.mean for size in _STRAYS] if self.light.stray else [0.0]
                 for stray in strays:
                     for kappa in KAPPAS:
-                        rows.append((place, gain, level, bend, stray, kappa))
+                        rows.append((place, gain, level, bend, stray, kappa, drift))
                         priors.append(gain_prior + math.log(bend_prior / len(strays) / len(KAPPAS)))
         return Explanations(np.array(rows), np.array(priors))
 
@@ -194,7 +203,11 @@ class Engine:
         )
         level = _FREE_LEVEL if self.light.gain is None else _REFERENCED
         stray = _STRAYS[-1] * self.of.mean if self.light.stray else 0.0
-        return _even([(0, gain, level, self._bends()[-1], stray, 3.0) for gain in gains])
+        bend = self._bends()[-1]
+        rows = [(0, gain, level, bend, stray, 3.0, bend) for gain in gains]
+        if self.light.gain is not None and self.light.stray:
+            rows.append((self.lamps[-1], self.light.gain, level, bend, stray, 3.0, _DRIFT))
+        return _even(rows)
 
     def _typical(self) -> float:
         """The gain that data of this size have on a film of mean reflectance."""
@@ -228,26 +241,39 @@ class Engine:
             for place in sorted(places)
         ]
 
-    def without_film(self, bare: Floats | None) -> tuple[float, float]:
-        """Tempered log evidence of no film (a lamp, or the bare base) and of something else, priors of all three apart."""
+    def without_film(self, *bare: Floats) -> tuple[float, float]:
+        """Tempered log evidence of no film and of something else, priors of all three apart.
+
+        No film: a lamp, or one of the spectra ``bare``: of the base, of a film whose fringes are all washed out.
+        """
         of = self.of
         ones = np.ones_like(of.measured)
         level = abs(float(of.measured.mean())) or 1e-300
         sizes = [level * _GAIN_STEP**step for step in (-2, -1, 0, 1, 2)]
         none: list[tuple[float, ...]] = []
-        for size in sizes:
-            for bend in self._bends():
-                none += [(place, size, _FREE_LEVEL, bend, 0.0, kappa) for place in self.lamps for kappa in KAPPAS]
-            none += [(0, size, _FREE_LEVEL, 0.0, 0.0, kappa) for kappa in KAPPAS]
-        lamp = self.log_evidences(ones, _even(none))
+        log_prior: list[float] = []
+        # As responses of films: half of them even, some of these with a baseline that drifts; the others of any lamp's course.
+        drifts = _DRIFTS if self.light.stray else 0.0
+        kinds = [(0, 0.0, 0.5 * (1.0 - drifts))]
+        kinds += [(len(self.curves) - 1, _DRIFT, 0.5 * drifts)] if drifts else []
+        shapes = [(place, bend) for place in self.lamps for bend in self._bends()]
+        kinds += [(place, bend, 0.5 / len(shapes)) for place, bend in shapes]
+        for place, bend, share in kinds:
+            for size in sizes:
+                none += [(place, size, _FREE_LEVEL, bend, 0.0, kappa, 0.0) for kappa in KAPPAS]
+                log_prior += [math.log(share / len(sizes) / len(KAPPAS))] * len(KAPPAS)
+        lamp = self.log_evidences(ones, Explanations(np.array(none), np.array(log_prior)))
         found = [log_sum(lamp[0])]
-        if bare is not None and float(np.max(bare)) > 1e-6:
-            found.append(log_sum(self.log_evidences(bare, self.films(bare))[0]))
+        for one in bare:
+            if float(np.max(one)) > 1e-6:
+                found.append(log_sum(self.log_evidences(one, self.films(one))[0]))
         other = []
         for size in (level / _GAIN_STEP, level, level * _GAIN_STEP):
             for length in self.fine:
                 place = len(LENGTHS_NM) + _OTHER_LENGTHS_NM.index(length)
-                other += [(place, size, _FREE_LEVEL, bend, 0.0, kappa) for bend in _OTHER_BENDS for kappa in (1.0, 3.0)]
+                other += [
+                    (place, size, _FREE_LEVEL, bend, 0.0, kappa, 0.0) for bend in _OTHER_BENDS for kappa in (1.0, 3.0)
+                ]
         rest = log_sum(self.log_evidences(ones, _even(other))[0]) if other else -math.inf
         return log_sum(np.array(found)) - math.log(len(found)), rest
 
@@ -295,6 +321,8 @@ class Peak:
 _NODES = np.linspace(-4.5, 4.5, 13)
 # Explanations that are so much less likely than the best are left out of the sums: a thousandth of a thousandth.
 _NEGLIGIBLE = 14.0
+# The top of a parabola over points 1.5 standard deviations apart lies so much above them, at most.
+_BETWEEN = 0.3
 
 
 def together(peaks: Sequence[Peak], log_priors: Sequence[float]) -> Peak:
@@ -371,7 +399,9 @@ def climb(
 
 def _peak(grid: Floats, total: Floats, table: Floats, used: Explanations, low: float, high: float) -> Peak:
     fine = np.linspace(grid[0], grid[-1], 257)
-    logs = _cubic(grid, total, fine)
+    # Between points that are as far apart as a peak needs there is no more than this; where they lie over half the range, of a
+    # film whose fringes cannot be seen, the cubic made up peaks of their own, of e^13 times the evidence.
+    logs = np.minimum(_cubic(grid, total, fine), total.max() + _BETWEEN)
     density = np.exp(logs - logs.max())
     area = float(np.trapezoid(density, fine))
     place = int(density.argmax())
@@ -404,7 +434,11 @@ _STEEPEST = 10.0
 
 
 def moved_by_index(
-    engine: Engine, off: Callable[[float, float], Floats], peak: Peak, tolerance: float, bounds: tuple[float, float]
+    engine: Engine,
+    off: Callable[[float, float], Floats],
+    peak: Peak,
+    tolerance: float,
+    bounds: tuple[float, float],
 ) -> float:
     """How far the thickness moves with the index, from peaks at minus and plus one standard deviation of it, nm.
 
@@ -422,3 +456,28 @@ def moved_by_index(
     )
     least = tolerance * peak.thickness_nm
     return min(max(0.5 * abs(above.thickness_nm - below.thickness_nm), least), _STEEPEST * least)
+
+
+def near_index(
+    engine: Engine, off: Callable[[float, float], Floats], peak: Peak, share: float, step_nm: float
+) -> float:
+    """`moved_by_index` for an index that is off by a share, under the likeliest explanation alone: to say it in words."""
+    best = _even([tuple(peak.best)])
+    tops = []
+    for by in (-share, share):
+        h, step = peak.thickness_nm / (1.0 + by), max(peak.sd_nm, step_nm)
+        for _ in range(8):
+            step = min(step, 0.5 * h)
+            places = np.array([h - step, h, h + step])
+            below, at, above = engine.log_evidences(np.array([off(float(one), by) for one in places]), best)[:, 0]
+            bend = 2.0 * at - below - above
+            if bend > 0.0:
+                move = min(max(0.5 * step * (above - below) / bend, -3.0 * step), 3.0 * step)
+            else:
+                move = math.copysign(3.0 * step, above - below)
+            h = max(h + move, 1e-3 * peak.thickness_nm)
+            if abs(move) < 0.3 * step:
+                break
+        tops.append(h)
+    least = share * peak.thickness_nm
+    return min(max(0.5 * abs(tops[1] - tops[0]), least), _STEEPEST * least)

@@ -31,6 +31,8 @@ class Solution:
                      running from -1 to 1 over the wavelengths; of a response that bends otherwise, the parabolas nearest to it
     resolution_nm    full width at half maximum of the instrument's line (fitted, or as given)
     kappa            by how much the noise had to be larger than stated for the best explanation: 1, 3 or 10
+    nm_per_percent_of_index  how far the thickness moves, nm, where the film's index is 1 % off: fringes show their product, so no
+                     misfit tells it, and the interval holds it by ``index_tolerance`` only. None where several are unknown
     angle_offset_deg  of joint fits with ``angle_tolerance_deg``: by how much the angles were found to be larger
     index            for each fitted index, by layer number: {"n": ...} or Cauchy's {"A": ..., "B_um2": ...}, with "sd" each
     wavelength_nm, fitted  the fitted curve in the unit of the measurement
@@ -60,6 +62,7 @@ class Solution:
     fitted: Floats = field(repr=False)
     kappa: float = 1.0
     angle_offset_deg: float = 0.0
+    nm_per_percent_of_index: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """All but the curve, as plain values.

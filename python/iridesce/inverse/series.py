@@ -28,8 +28,8 @@ from iridesce.files.spectra import read_spectrum
 from iridesce.inverse.course import _CLEAR, Course, Found, Light
 from iridesce.inverse.data import inside_media, local_noise, referenced
 from iridesce.inverse.fit import fit_thickness
-from iridesce.inverse.model import Problem, describe, read_problem
-from iridesce.inverse.results import FitResult
+from iridesce.inverse.model import Problem, describe, quarter_wave_nm, read_problem
+from iridesce.inverse.results import FitResult, order_share
 from iridesce.inverse.series_result import SeriesResult, no_film
 from iridesce.inverse.solve import student
 from iridesce.optics.averages import FWHM
@@ -299,7 +299,8 @@ def _answer(
     if alone:
         words = np.array([one.verdict for one in alone])
         none = np.array([one.no_film for one in alone])
-        mass = np.array([one.best.weight if one.best else 0.0 for one in alone])
+        quarter = quarter_wave_nm(course.problem, course.nm)
+        mass = np.array([order_share(one.solutions, quarter) if one.best else 0.0 for one in alone])
         size = np.array([one.best.kappa if one.best else 1.0 for one in alone])
         best = np.array([one.best.thickness_nm if one.best else np.nan for one in alone])
         low, high = np.array([one.best.interval_nm if one.best else (np.nan, np.nan) for one in alone]).T

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 
 import iridesce as ir
 from conftest import Run
+from iridesce.inverse import series as series_module
 from iridesce.inverse.course import Course, Light
 from iridesce.inverse.model import read_problem
 
@@ -163,6 +165,19 @@ def test_a_few_thin_films_teach_no_lamp_and_are_so_many_single_fits(noise: float
     assert not series.learnt and set(series.verdict) == {"clear"}
     assert np.abs(series.thickness_nm - path).max() < 0.5 + 1e3 * noise
     assert (series.interval_nm[:, 0] <= path).all() and (path <= series.interval_nm[:, 1]).all()
+
+
+def test_single_fits_tell_the_probability_of_the_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of all films of it, not of the likeliest alone."""
+    path = np.array([431.0, 430.0, 429.0])
+    clean = np.asarray(ir.Stack(["air", ir.Layer("soap", path[:, None]), "air"]).reflectance(NM))
+    whole = ir.fit_thickness(NM, clean[1], SOAP)
+    best = whole.best
+    two = (replace(best, weight=0.6), replace(best, thickness_nm=best.thickness_nm + 9.0, weight=0.37))
+    far = replace(best, thickness_nm=best.thickness_nm + 250.0, weight=0.02)
+    monkeypatch.setattr(series_module, "fit_thickness", lambda *_, **__: replace(whole, solutions=(*two, far)))
+    series = fit(clean)
+    assert not series.learnt and series.probability_of_order == pytest.approx(0.97)
 
 
 @pytest.mark.parametrize("spectra", [np.zeros((6, NM.size)), np.full((6, NM.size), 7.0), np.full((6, NM.size), np.nan)])

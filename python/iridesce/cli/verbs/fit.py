@@ -47,8 +47,9 @@ def verb(
         str | None, typer.Option(help="Fit the index of the unknown layers too: constant or cauchy.")
     ] = None,
     index_tolerance: Annotated[
-        float, typer.Option("--index-tolerance", help="Standard deviation of the film's index, relative.")
-    ] = 0.0,
+        float | None,
+        typer.Option("--index-tolerance", help="Standard deviation of the film's index, relative; 0: it is exact."),
+    ] = None,
     dark: Annotated[Path | None, typer.Option(help="File of counts without light.", show_default=False)] = None,
     reference: Annotated[
         Path | None, typer.Option(help="File of counts of the reference, see --reference-stack.", show_default=False)
@@ -132,6 +133,7 @@ def verb(
         said["thickness_range_nm"] = pairs[0] if pairs else None
         said["gain"] = None if gain is None else float(_gain(gain) or 0.0)
         said["resolution_nm"] = 0.0 if resolution is None else resolution
+        said["index_tolerance"] = index_tolerance or 0.0
         _tell_series(_fit_series(spectrum, files_read, said), spectrum, files, size, theme, as_json)
         return
     said["thickness_range_nm"] = None if not pairs else pairs[0] if len(pairs) == 1 else pairs
