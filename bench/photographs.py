@@ -2,6 +2,7 @@
 
     python bench/photographs.py                 # the table of docs/guide/photographs.md, some minutes
     python bench/photographs.py --quick         # two scenes, one camera, one lamp
+    python bench/photographs.py --only known --scene "oxide steps"
     python bench/photographs.py --speed         # one megapixel
 
 Pictures are computed from exact spectra at 1 nm with haze of a fifth of the light, shading of 2 % and noise as photons make it;
@@ -121,6 +122,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--speed", action="store_true")
     parser.add_argument("--only", default="known,wrong,blind")
+    parser.add_argument("--scene", action="append", choices=[name for name, _, _ in scenes()], help="of named cameras")
     given = parser.parse_args()
     if given.speed:
         speed()
@@ -132,16 +134,20 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "photo.jpg")
         if "known" in given.only:
-            known(chosen, names, lamps, path)
+            known(chosen, given.scene or [name for name, _, _ in chosen], names, lamps, path)
         if "wrong" in given.only:
             wrong(chosen)
         if "blind" in given.only:
             blind(chosen, names, lamps)
 
 
-def known(chosen: list[tuple[str, str, Floats]], names: tuple[str, ...], lamps: tuple[str, ...], path: Path) -> None:
-    """Camera and lamp named."""
+def known(
+    chosen: list[tuple[str, str, Floats]], asked: list[str], names: tuple[str, ...], lamps: tuple[str, ...], path: Path
+) -> None:
+    """Camera and lamp named; of all scenes those that are asked for."""
     for number, (name, stack, nm) in enumerate(chosen):
+        if name not in asked:
+            continue
         index = 1.33 if stack == FILM else 1.46
         for camera in names:
             for lamp in lamps:
