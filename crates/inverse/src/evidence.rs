@@ -341,8 +341,7 @@ mod tests {
     fn what_cannot_be_asked_is_refused_and_what_is_stopped_stops() {
         let (values, sd) = ([1.0, 2.0], [0.1, 0.1]);
         let curves = [SmoothCurves::new(&[500.0, 510.0], 50.0).unwrap()];
-        let nuisance =
-            Nuisance { curves: 0, gain: 1.0, level: 0.0, bend: 0.0, stray: 0.0, kappa: 1.0, drift: 0.0 };
+        let nuisance = Nuisance { curves: 0, gain: 1.0, level: 0.0, bend: 0.0, stray: 0.0, kappa: 1.0, drift: 0.0 };
         let of = Measured { values: &values, sd: &sd };
         let bad = Nuisance { gain: -1.0, ..nuisance };
         assert!(log_evidences(of, &[0.1, 0.2], &curves, &[bad], &Watch::new()).is_err());
