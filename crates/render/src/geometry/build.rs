@@ -29,8 +29,12 @@ impl Box32 {
     /// Not by `f32::min`: that looks for no numbers, of which there are none.
     #[inline(always)]
     fn add(&mut self, min: [f32; 4], max: [f32; 4]) {
-        self.min = std::array::from_fn(|i| if min[i] < self.min[i] { min[i] } else { self.min[i] });
-        self.max = std::array::from_fn(|i| if max[i] > self.max[i] { max[i] } else { self.max[i] });
+        for (own, other) in self.min.iter_mut().zip(min) {
+            *own = if other < *own { other } else { *own };
+        }
+        for (own, other) in self.max.iter_mut().zip(max) {
+            *own = if other > *own { other } else { *own };
+        }
     }
 
     #[inline(always)]
@@ -69,7 +73,8 @@ impl Item {
     /// Twice the middle of its box.
     #[inline(always)]
     fn middle(&self) -> [f32; 4] {
-        std::array::from_fn(|i| self.0.min[i] + self.0.max[i])
+        let (low, high) = (&self.0.min, &self.0.max);
+        [low[0] + high[0], low[1] + high[1], low[2] + high[2], 0.0]
     }
 }
 
