@@ -195,6 +195,17 @@ def test_bad_files_are_refused_in_words(tmp_path: Path, name: str, content: str,
         ir.import_scene(tmp_path / name)
 
 
+def test_files_are_asked_for_by_their_decoded_names(tmp_path: Path) -> None:
+    ir.export("soap-bubble", "gltf", tmp_path)
+    (tmp_path / "scene.bin").rename(tmp_path / "my b\u00fcffer.bin")
+    (tmp_path / "bubble_thickness.png").rename(tmp_path / "my map.png")
+    text = (tmp_path / "scene.gltf").read_text("utf-8")
+    text = text.replace("scene.bin", "my%20b%C3%BCffer.bin").replace("bubble_thickness.png", "my%20map.png")
+    (tmp_path / "scene.gltf").write_text(text, "utf-8")
+    scene, _ = ir.import_scene(tmp_path / "scene.gltf")
+    assert scene.to_dict()["object"][0]["surface"]["film"]["thickness_nm"]["map"] == "my map.png"
+
+
 def test_bad_questions() -> None:
     with pytest.raises(ValueError, match=r"missing\.gltf: no such file"):
         ir.import_scene("missing.gltf")

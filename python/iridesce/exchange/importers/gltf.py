@@ -7,6 +7,7 @@ import json
 import struct
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 
@@ -260,7 +261,7 @@ class _Reader:
         folder = Path(self.label).parent.resolve()
         if not uri or uri.startswith("data:"):
             return None
-        path = (folder / uri).resolve()
+        path = _beside(folder, uri)
         return path if path.is_relative_to(folder) and path.is_file() else None
 
     def _light(self, name: str, light: dict[str, Any], matrix: Floats) -> None:
@@ -378,7 +379,10 @@ class _Reader:
         if count < 1 or start < 0 or start + stride * (count - 1) + kind.itemsize * width > len(data):
             raise ValueError(f"{self.label}: accessor {number} reaches beyond its buffer")
         flat = np.ndarray((count, width), kind, data, start, (stride, kind.itemsize))
-        return flat.astype(np.float64)
+        numbers = flat.astype(np.float64)
+        if accessor.get("normalized") and kind.kind in "iu":  # shares of the largest: glTF 2.0, section 3.6.2.2
+            numbers = np.maximum(numbers / np.iinfo(kind).max, -1.0)
+        return numbers
 
     def _buffer(self, number: int) -> bytes:
         buffer = self.root["buffers"][number]
@@ -392,13 +396,20 @@ class _Reader:
                 return base64.b64decode(uri.partition(",")[2], validate=True)
             except ValueError as error:
                 raise ValueError(f"{self.label}: buffer {number}: {error}") from None
-        path = (Path(self.label).parent / uri).resolve()
+        path = _beside(Path(self.label).parent, uri)
         if not path.is_relative_to(Path(self.label).parent.resolve()):
             raise ValueError(f"{self.label}: buffer {number} lies outside the file's folder: {uri!r}")
         return read_whole(str(path), MOST_BYTES, "no buffer here has")
 
 
+def _beside(folder: Path, uri: str) -> Path:
+    """A file that a glTF file names: percent-encoded by the format's rule, which some writers forget."""
+    path = (folder / unquote(uri)).resolve()
+    return path if path.exists() else (folder / uri).resolve()
+
+
 _KNOWN = {
+    "KHR_mesh_quantization",
     "KHR_materials_iridescence",
     "KHR_materials_transmission",
     "KHR_materials_ior",
