@@ -75,38 +75,55 @@ def progress_bar(what: str, counted: bool = False) -> Iterator[Callable[..., Non
 
 @contextlib.contextmanager
 def _terminal_bar(what: str, counted: bool) -> Iterator[Callable[..., None]]:
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TaskID,
-        TaskProgressColumn,
-        TextColumn,
-        TimeRemainingColumn,
-    )
-
-    share = MofNCompleteColumn() if counted else TaskProgressColumn()
-    columns: tuple[Any, ...] = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        share,
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        tasks: dict[str, TaskID] = {}
+    # Work that ends before its first news needs no bar: importing `rich.progress` takes longer than a small picture.
+    with contextlib.ExitStack() as shown:
+        bars: list[_Bar] = []
 
         def advance(done: float, total: float, words: str = what) -> None:
-            if words not in tasks:
-                # A stage ends where the next one begins.
-                while tasks:
-                    bar.remove_task(tasks.popitem()[1])
-                tasks[words] = bar.add_task(words, total=total)
-            bar.update(tasks[words], completed=done, total=total)
+            if not bars:
+                if done >= total:
+                    return
+                bars.append(_Bar(shown, counted))
+            bars[0].advance(done, total, words)
 
         yield advance
+
+
+class _Bar:
+    """One bar of `rich` on stderr, until the stack that it is put on ends."""
+
+    def __init__(self, shown: contextlib.ExitStack, counted: bool) -> None:
+        from rich.console import Console
+        from rich.progress import (
+            BarColumn,
+            MofNCompleteColumn,
+            Progress,
+            TaskID,
+            TaskProgressColumn,
+            TextColumn,
+            TimeRemainingColumn,
+        )
+
+        share = MofNCompleteColumn() if counted else TaskProgressColumn()
+        columns: tuple[Any, ...] = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            share,
+            TextColumn("left"),
+            TimeRemainingColumn(),
+        )
+        console = Console(stderr=True)
+        bar = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+        self._bar = shown.enter_context(bar)
+        self._tasks: dict[str, TaskID] = {}
+
+    def advance(self, done: float, total: float, words: str) -> None:
+        if words not in self._tasks:
+            # A stage ends where the next one begins.
+            while self._tasks:
+                self._bar.remove_task(self._tasks.popitem()[1])
+            self._tasks[words] = self._bar.add_task(words, total=total)
+        self._bar.update(self._tasks[words], completed=done, total=total)
 
 
 def _notebook_display() -> Callable[..., Any] | None:

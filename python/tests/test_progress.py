@@ -113,3 +113,16 @@ def test_a_terminal_shows_a_bar() -> None:
     assert process.wait(timeout=60) == 0
     os.close(master)
     assert b"rendering" in written and b"left" in written
+
+
+def test_work_that_is_over_at_its_first_news_has_no_bar(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What draws bars takes longer to import than a small picture to render."""
+
+    def none(*_: object) -> None:
+        raise AssertionError("a bar for work that is over")
+
+    monkeypatch.setattr("iridesce._progress._Bar", none)
+    with progress_bar("rendering") as advance:
+        advance(256, 256)
+        with pytest.raises(AssertionError, match="over"):
+            advance(1, 256)
