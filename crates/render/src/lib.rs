@@ -53,6 +53,7 @@ mod enclosing;
 mod environment;
 mod failure;
 mod film;
+mod floors;
 mod geometry;
 mod integrator;
 mod keep;

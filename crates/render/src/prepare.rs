@@ -5,6 +5,7 @@ use iridesce_scene::{DeltaKind, Light, ResolvedScene, Texture};
 
 use crate::camera::{Ray, RayCamera};
 use crate::enclosing::enclosing_media;
+use crate::floors::Floors;
 use crate::framebuffer::{RenderError, RenderOptions};
 use crate::geometry::{Geometry, Hit};
 use crate::integrator::extras::Extras;
@@ -38,6 +39,7 @@ pub struct Prepared {
     pub samples: u32,
     pub seed: u64,
     pub max_depth: u32,
+    pub floors: Floors,
     /// The picture may end early: the samples of a pixel share branches that hardly count.
     pub is_sparse: bool,
     pub geometry: Geometry,
@@ -118,6 +120,7 @@ impl Prepared {
         }
         let camera_media =
             enclosing_media(&geometry, &bodies, |medium| media.priority(medium), scene.camera.position.into());
+        let samples = options.samples.unwrap_or(scene.render.samples);
         let has_media = materials.list.iter().any(|material| matches!(material, Material::Coating(_)));
         Ok(Prepared {
             camera,
@@ -126,9 +129,11 @@ impl Prepared {
             stokes: options.stokes,
             wavelengths: probes.len(),
             has_alpha: !scene.render.has_backdrop,
-            samples: options.samples.unwrap_or(scene.render.samples),
+            samples,
             seed: options.seed.unwrap_or(scene.render.seed),
             max_depth: scene.render.max_depth,
+            // (What ends once it has settled has few samples, whatever it may take.)
+            floors: Floors::new(if options.settled.is_some() { 1 } else { samples }, has_media),
             is_sparse: options.settled.is_some(),
             camera_media,
             bodies,

@@ -8,7 +8,7 @@
 //!
 //! At a film, a coating or a bare surface both branches are followed (`specular.rs`); at a diffuse surface one goes on
 //! (`diffuse.rs`) and the lights are sampled (`direct.rs`). A branch that leaves the scene is added up on the spot; one that goes on
-//! may be left out only by Russian roulette, never dropped (`roulette.rs`): below [`FAINT`] it survives with probability in
+//! may be left out only by Russian roulette, never dropped (`roulette.rs`): below `Floors::faint` it survives with probability in
 //! proportion to its luminance; after `max_depth` hits below the luminance it had there; and where two go on after
 //! `max_depth`, one is chosen in proportion to luminance. So no weight ever grows, and the walk ends. In a uniform
 //! environment where nothing absorbs nothing at all is left to chance.
@@ -50,10 +50,6 @@ use crate::prepare::{MOST_FILMS, Prepared};
 use crate::refraction::shading_normal;
 use crate::sampler::Choices;
 use crate::variance::MOST_BATCHES;
-
-/// Luminance (of 1 at the camera) below which a branch survives only by chance. One such choice makes noise of at most
-/// half of this times the deviation of the light from its least; docs/evidence/performance.md has the trade against time.
-const FAINT: f32 = 2e-4;
 
 /// Luminance below which a branch goes on in one of [`GROUP`] samples alone, with their weight, where a picture may end early.
 /// What it finds varies little within a pixel, so that this makes less noise than chance would at that luminance.
@@ -328,7 +324,7 @@ impl<'a> Tracer<'a> {
             axis,
             slot,
             hits: 0,
-            floor: FAINT,
+            floor: scene.floors.faint,
             is_sparse: false,
             medium: scene.enclosing_media(&ray),
             in_plane: !has_stokes,

@@ -9,17 +9,11 @@
 use fearless_simd::Simd;
 use iridesce_numerics::Vec3;
 
-use super::{Continuation, FAINT, GROUP, LATE_SURVIVAL, Path, SPARSE, Since, Sums, Target, Tracer};
+use super::{Continuation, GROUP, LATE_SURVIVAL, Path, SPARSE, Since, Sums, Target, Tracer};
 use crate::geometry::Hit;
 use crate::materials::Material;
 use crate::medium_stack::MediumStack;
 use crate::sampler::Choices;
-
-/// So many hits a path has before its floor rises, and how often it doubles: what many surfaces part into many branches is looked at
-/// less and less closely. (Three balls of glass within one another: 54 hits a camera ray without it. docs/evidence/performance.md has the
-/// trade of noise against time.)
-const FREE_HITS: u32 = 4;
-const DOUBLINGS: u32 = 4;
 
 /// Luminance below which a branch survives only by chance where it comes to a surface that scatters: what it finds there is a matter of
 /// chance in any case, and to look at it takes as long as for a branch of all the light.
@@ -192,7 +186,7 @@ impl Tracer<'_> {
         if path.hits == self.scene.max_depth {
             // From here on the walk is a game of roulette at the luminance it has now. A fixed probability would not do: at
             // grazing angles hardly anything is lost at a hit, and weights would grow without bound.
-            path.floor = luminance.max(FAINT);
+            path.floor = luminance.max(self.scene.floors.faint);
         }
         if path.hits > self.scene.max_depth.saturating_add(LONG_WALK) {
             // Nearly all of the light stays on a walk that is still going: where total reflection keeps it in, for ever.
@@ -213,8 +207,7 @@ impl Tracer<'_> {
             self.add_mean_light(simd, path, -1.0, sums);
         }
         let group = if path.is_sparse { GROUP } else { 1 };
-        let risen = FAINT * (group << path.hits.saturating_sub(FREE_HITS).min(DOUBLINGS)) as f32;
-        let floor = path.floor.max(risen);
+        let floor = path.floor.max(self.scene.floors.after(path.hits) * group as f32);
         // (What carries nothing at all could otherwise wander among surfaces that take nothing away for ever: its floor is nothing, too.)
         if luminance >= floor && luminance > 0.0 {
             return true;
