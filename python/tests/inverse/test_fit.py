@@ -457,7 +457,7 @@ def test_a_spectrum_of_noise_alone_is_never_clear() -> None:
         ({"measured": np.full(NM.size, np.nan)}, "no usable point"),
         ({"measured": NM.reshape(10, -1)}, "along one axis"),
         ({"measured": NM + 1j}, "real numbers"),
-        ({"measured": ["a"] * NM.size}, "must be numbers"),
+        ({"measured": ["a"] * NM.size}, "must be real numbers"),
         ({"measured": None}, "measured"),
         ({"wavelength_nm": np.full(NM.size, 550.0)}, "too few"),
     ],
