@@ -26,8 +26,6 @@ from iridesce.files.whole import read_whole
 MediumLike: TypeAlias = "str | complex | Medium"
 """What may stand for a medium: a built-in name, a number, or a `Medium`."""
 
-# Window glass, where nobody says which.
-_ALSO_CALLED = {"glass": "soda-lime"}
 _FILE_SUFFIXES = {".csv", ".txt", ".tsv", ".yml", ".yaml"}
 
 __all__ = ["Medium", "MediumLike", "MediumName", "media"]
@@ -335,9 +333,9 @@ def media() -> list[MediumName]:
 
 def _by_name(name: str) -> tuple[_core.Medium, str]:
     """The medium of a built-in name or else of a page of refractiveindex.info, and that name in full."""
-    name = _ALSO_CALLED.get(name, name)
     try:
-        return _named(name), str(name)
+        core = _named(name)
+        return core, core.name
     except ValueError as error:
         from iridesce.optics import database
 

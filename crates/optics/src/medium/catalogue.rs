@@ -139,6 +139,9 @@ static ENTRIES: &[Entry] = &[
     entry("soap-glycerol-60", Glycerol { mass_fraction: 0.6, density: 1.1538 }, GLYCEROL_NOTE),
 ];
 
+/// Window glass, where nobody says which.
+const ALSO_CALLED: (&str, &str) = ("glass", "soda-lime");
+
 /// The names of the built-in media.
 pub fn names() -> &'static [&'static str] {
     static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| ENTRIES.iter().map(|entry| entry.name).collect());
@@ -147,6 +150,7 @@ pub fn names() -> &'static [&'static str] {
 
 pub(super) fn named(name: &str) -> Result<Medium, OpticsError> {
     static MEDIA: LazyLock<Vec<OnceLock<Medium>>> = LazyLock::new(|| ENTRIES.iter().map(|_| OnceLock::new()).collect());
+    let name = if name == ALSO_CALLED.0 { ALSO_CALLED.1 } else { name };
     let Some(place) = ENTRIES.iter().position(|entry| entry.name == name) else { return Err(unknown(name)) };
     if let Some(medium) = MEDIA[place].get() {
         return Ok(medium.clone());
@@ -194,7 +198,14 @@ fn unknown(name: &str) -> OpticsError {
 
 #[cfg(test)]
 mod tests {
-    use super::{Clear, ENTRIES, Page, yaml};
+    use super::{Clear, ENTRIES, Page, named, names, yaml};
+
+    #[test]
+    fn glass_is_window_glass() {
+        assert_eq!(named("glass").unwrap().name(), "soda-lime");
+        assert!(!names().contains(&"glass"), "a name of its own needs no other");
+        assert!(named("Glass").is_err());
+    }
 
     #[test]
     fn own_pages_are_read_as_a_reader_of_yaml_does() {
