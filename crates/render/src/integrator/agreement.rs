@@ -5,7 +5,7 @@
 //! the map is sampled, by what the surface tells alone. The light carried into cells of directions must be the same: chi-square over
 //! the cells, which hold alike many branches each.
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 use iridesce_numerics::Watch;
 use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_scene::{Context, Origin, Scene, resolve};
@@ -70,7 +70,7 @@ fn found(prepared: &Prepared, is_below: bool, rays: u32, seed: u64) -> Vec<Vec<(
     }
     let down = if is_below { 1.0 } else { -1.0 };
     let way = Vec3::new(0.75, down, 0.3).normalized();
-    dispatch!(Level::new(), simd => run(simd, prepared, way, rays, seed))
+    at_level!(Level::new(), simd => run(simd, prepared, way, rays, seed))
 }
 
 /// Cells of directions that hold alike many of these branches: bands of height, each parted by azimuth.

@@ -1,4 +1,4 @@
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 use iridesce_numerics::Watch;
 use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_optics::stack::solve;
@@ -89,7 +89,7 @@ fn over_plates(index: Complex64, plates: &[Plate]) -> (Vec<f64>, Vec<[f64; 2]>) 
     let scene = scene(index);
     let prepared = Prepared::new(&scene, &RenderOptions::default()).unwrap();
     let mut turns = Vec::new();
-    let carried = dispatch!(Level::new(), simd => run(simd, &prepared, plates, &mut turns));
+    let carried = at_level!(Level::new(), simd => run(simd, &prepared, plates, &mut turns));
     (carried, turns)
 }
 
