@@ -75,13 +75,14 @@ def progress_bar(what: str, counted: bool = False) -> Iterator[Callable[..., Non
 
 @contextlib.contextmanager
 def _terminal_bar(what: str, counted: bool) -> Iterator[Callable[..., None]]:
-    # Work that ends before its first news needs no bar: importing `rich.progress` takes longer than a small picture.
+    # Where nobody looks, work that is over at its first news needs no bar: importing `rich.progress` takes longer than a small
+    # picture.
     with contextlib.ExitStack() as shown:
         bars: list[_Bar] = []
 
         def advance(done: float, total: float, words: str = what) -> None:
             if not bars:
-                if done >= total:
+                if done >= total and not sys.stderr.isatty():
                     return
                 bars.append(_Bar(shown, counted))
             bars[0].advance(done, total, words)

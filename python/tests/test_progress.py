@@ -115,7 +115,7 @@ def test_a_terminal_shows_a_bar() -> None:
     assert b"rendering" in written and b"left" in written
 
 
-def test_work_that_is_over_at_its_first_news_has_no_bar(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_work_that_is_over_at_its_first_news_has_no_bar_where_nobody_looks(monkeypatch: pytest.MonkeyPatch) -> None:
     """What draws bars takes longer to import than a small picture to render."""
 
     def none(*_: object) -> None:
