@@ -35,7 +35,13 @@ quick: build ## the tests of both languages without the ones marked slow
 	cargo test --workspace $(CARGO_ARGS)
 	$(PYTEST) -m "not slow" $(PYTEST_ARGS)
 
-lint: lint-rust lint-python ## rustfmt, clippy, ruff, mypy; warnings are errors
+# Side by side: what Python's tools wait for (packages, types) takes one core.
+lint: ## rustfmt, clippy, ruff, mypy; warnings are errors
+	@told=$$(mktemp); $(MAKE) lint-python >"$$told" 2>&1 & other=$$!; \
+	trap 'kill $$other' INT TERM; failed=0; \
+	$(MAKE) lint-rust || failed=1; \
+	wait $$other || failed=1; \
+	cat "$$told"; rm -f "$$told"; exit $$failed
 
 lint-rust:
 	cargo fmt --all --check
