@@ -55,13 +55,7 @@ def real_operand(
     name: str, value: object, *, low: float = -math.inf, high: float = math.inf, includes_low: bool = True
 ) -> Operand:
     """A real, finite argument within [low, high) (or (low, high)), copied; ``ValueError`` tells what is wrong where."""
-    if isinstance(value, np.ma.MaskedArray):
-        raise complaint(
-            f"{name} must not be a masked array: fill or drop the masked entries",
-            name,
-            "an array without a mask",
-            Words("a masked array"),
-        )
+    refuse_masks(name, value)
     try:
         array = np.asarray(value)
     except (ValueError, TypeError, OverflowError) as error:
@@ -90,6 +84,17 @@ def real_operand(
 def reals(name: str, value: object) -> Floats:
     """A real, finite argument in its full shape."""
     return real_operand(name, value).full()
+
+
+def refuse_masks(name: str, value: object) -> None:
+    """``ValueError`` for a masked array: what is below the mask would count."""
+    if isinstance(value, np.ma.MaskedArray):
+        raise complaint(
+            f"{name} must not be a masked array: fill or drop the masked entries",
+            name,
+            "an array without a mask",
+            Words("a masked array"),
+        )
 
 
 def plain_reals(name: str, value: object, allowed: str) -> Floats:

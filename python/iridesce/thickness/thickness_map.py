@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from iridesce import _core
-from iridesce.arguments.operands import place
+from iridesce.arguments.operands import place, refuse_masks
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import file_name, number
 from iridesce.errors import ArgumentError
@@ -309,13 +309,7 @@ def _false_colors(thickness_nm: NDArray[np.float64]) -> bytes:
 def array(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Real numbers as float64, or ValueError naming them."""
     try:
-        if isinstance(values, np.ma.MaskedArray):
-            raise complaint(
-                f"{name} must not be a masked array: fill or drop the masked entries",
-                name,
-                "an array without a mask",
-                Words("a masked array"),
-            )
+        refuse_masks(name, values)
         found = np.asarray(values)
         if found.dtype.kind not in "fiu":
             raise TypeError
