@@ -9,6 +9,8 @@ import { PRESETS, type State } from "./state/keys";
 const WANTED_PER_S = 30;
 /** The most film a picture may wait for, s. Where the core cannot keep up the film is slow, and still moves smoothly. */
 const LONGEST_STEP_S = 1 / WANTED_PER_S;
+/** The most time the film may be behind and still make good, s: what a picture that came late has left. */
+const MOST_OWED_S = 3 * LONGEST_STEP_S;
 /** Pictures after which it is known how fast they come. */
 const PACE_PICTURES = 20;
 
@@ -36,6 +38,8 @@ export class LivingFilm {
   moving = false;
   /** When the last step was asked for; 0: it stood still. */
   private flowed = 0;
+  /** Time that has passed and has not flowed yet, s. */
+  private owed = 0;
   private sent: Record<string, number> = {};
   private times: number[] = [];
   private steps: number[] = [];
@@ -169,10 +173,12 @@ export class LivingFilm {
       return null;
     }
     const now = performance.now();
-    const passed = this.flowed ? (now - this.flowed) / 1000 : LONGEST_STEP_S;
+    // A picture that comes late is not a longer step, and what it leaves is not lost: the next steps make it good.
+    this.owed = this.flowed ? Math.min(this.owed + (now - this.flowed) / 1000, MOST_OWED_S) : LONGEST_STEP_S;
     this.flowed = now;
-    const time_s = this.state.time_s + Math.min(Math.max(passed, 1 / 120), LONGEST_STEP_S);
-    return this.job.ask<"film">({ kind: "flow-advance", id: 0, time_s });
+    const step_s = Math.min(Math.max(this.owed, 1 / 120), LONGEST_STEP_S);
+    this.owed = Math.max(this.owed - step_s, 0);
+    return this.job.ask<"film">({ kind: "flow-advance", id: 0, time_s: this.state.time_s + step_s });
   }
 
   /** Smaller pictures where they come too slowly, unless it is the film that they wait for. */
