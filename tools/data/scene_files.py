@@ -291,11 +291,13 @@ def asphalt() -> None:
     """Heights of wet asphalt: stones rounded by traffic, some proud of the rest; water stands in between."""
     side, water = 640, 0.16
     inside, which, chance = asphalt_stones(side, 11000, 51)
-    dome = np.sqrt(1.0 - (1.0 - np.clip(inside / 0.80, 0.0, 1.0)) ** 2) * (0.25 + 0.85 * chance[which])
+    # Worn rims are round: a cliff there would be a dark stroke in the picture, and read as a scratch.
+    rise = np.clip(inside / 0.80, 0.0, 1.0)
+    dome = rise**2 * (3.0 - 2.0 * rise) * (0.25 + 0.85 * chance[which])
     dome += 0.035 * smooth_noise(side, side, 160.0, 52, 1.6)
     dome += 0.10 * smooth_noise(side, side, 5.0, 53, 3.0)
     height = np.maximum(dome, water + 0.25 * (dome - water))
-    for _ in range(1):
+    for _ in range(3):
         height = (height + sum(np.roll(height, way, (0, 1)) for way in ((1, 0), (-1, 0), (0, 1), (0, -1)))) / 5
     write_grey("asphalt.png", height - height.min(), float(np.ptp(height)), bits=8)
 
@@ -318,7 +320,7 @@ def oil() -> None:
 
 
 def overcast() -> None:
-    """The CIE standard overcast sky, (1 + 2 sin h) / 3 of its zenith at the height h, over dark houses and trees; mean 1 above.
+    """The CIE standard overcast sky, (1 + 2 sin h) / 3 of its zenith at the height h, over houses and trees; mean 1 above.
 
     Radiance HDR, 128 x 64, of whole pixels without runs.
     """
@@ -327,9 +329,9 @@ def overcast() -> None:
     sky = (1.0 + 2.0 * np.sin(np.maximum(height, 0.0))) / 3.0 * (9.0 / 7.0)
     clouds = 1.0 + 0.16 * smooth_noise(rows, columns, 5.0, 71, 2.4)
     roofs = np.deg2rad(
-        20.0 + 9.0 * np.round(smooth_noise(1, columns, 6.0, 72, 2.0)) + 3.0 * smooth_noise(1, columns, 30.0, 73, 1.5)
+        14.0 + 7.0 * np.round(smooth_noise(1, columns, 6.0, 72, 2.0)) + 3.0 * smooth_noise(1, columns, 30.0, 73, 1.5)
     )
-    value = np.where(height > np.maximum(roofs, 0.02), sky * clouds, 0.06)
+    value = np.where(height > np.maximum(roofs, 0.02), sky * clouds, 0.2)
     value = np.where(height < 0.0, 0.10, value)
     rgb = value[..., None] * np.array([1.0, 1.0, 1.0])
     exponent = np.ceil(np.log2(rgb.max(axis=-1) + 1e-9))
