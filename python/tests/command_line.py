@@ -120,7 +120,7 @@ def main() -> None:
     """Imports what commands import, and serves."""
     import matplotlib.backends.backend_agg
     import matplotlib.figure  # noqa: F401
-    import typer._adapters  # noqa: F401
+    import typer.main  # noqa: F401
 
     import iridesce
     from iridesce.cli.entry import application
