@@ -79,6 +79,34 @@ def note(text: str) -> None:
         print(_harmless(text), file=sys.stderr)
 
 
+def tell(text: str) -> None:
+    """An answer for people. On a terminal that is narrower than a line, the line breaks between words."""
+    print(fitted(text, terminal_columns()))
+
+
+def terminal_columns() -> int | None:
+    """How wide the terminal is that shows the answer; None where files and programs read it, which want whole lines."""
+    import shutil
+
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+
+
+def fitted(text: str, columns: int | None) -> str:
+    """Lines of at most so many letters where words allow it: a path stays in one piece. What goes on is indented."""
+    if columns is None or max(map(len, text.splitlines()), default=0) <= columns:
+        return text
+    import textwrap
+
+    lines: list[str] = []
+    for line in text.splitlines():
+        indent = " " * (len(line) - len(line.lstrip()) + 2)
+        parts = textwrap.wrap(
+            line, max(columns, 10), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+        )
+        lines += parts or [""]
+    return "\n".join(lines)
+
+
 def _harmless(line: str) -> str:
     """A line as a terminal may show it: no control characters but line ends, and none of a file's words by the kilobyte."""
     clean = "".join(

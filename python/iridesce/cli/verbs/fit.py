@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from iridesce.cli.answers import note, print_json, quiet_dask
+from iridesce.cli.answers import note, print_json, quiet_dask, tell
 from iridesce.cli.chart_file import FORMATS, write_chart
 from iridesce.cli.options import AngleOption, DaskOption, JsonOption, PolarizationOption, SizeOption, ThemeOption
 from iridesce.cli.reading import pair
@@ -254,7 +254,7 @@ def _tell(answers: list[tuple[Path, Any, Any]], files: list[Path], verbose: bool
     for path, read, result in answers:
         for remark in [read.read] if verbose else read.notes:
             note(f"note: {remark}" if len(answers) == 1 and not verbose else f"{path}: {remark}")
-        print(result if len(answers) == 1 else f"{path}: {result}")
+        tell(str(result) if len(answers) == 1 else f"{path}: {result}")
     for file in files:
         print(file)
 
@@ -289,7 +289,7 @@ def _tell_series(
     for path, row in zip(spectrum, told, strict=True):
         sized = row["verdict"] != "none"
         words = f"{row['thickness_nm']:.2f} nm ({row['low_nm']:.2f} to {row['high_nm']:.2f})" if sized else "no film"
-        print(f"{path}: {row['verdict']}, {words}")
+        tell(f"{path}: {row['verdict']}, {words}")
     for file in files:
         print(file)
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from iridesce.cli.answers import print_json
+from iridesce.cli.answers import print_json, tell
 from iridesce.cli.options import JsonOption
 
 
@@ -37,19 +37,19 @@ def verb(
         print_json(facts)
         return
     for key in ("iridesce", "python", "platform", "threads", "simd"):
-        print(f"{key:<10} {facts[key]}")
-    print(f"{'libraries':<10} " + ", ".join(f"{name} {version}" for name, version in facts["libraries"].items()))
+        tell(f"{key:<10} {facts[key]}")
+    tell(f"{'libraries':<10} " + ", ".join(f"{name} {version}" for name, version in facts["libraries"].items()))
     mib = facts["cache_bytes"] / 2**20
-    print(
+    tell(
         f"{'cache':<10} {facts['cache']} ({mib:.1f} of at most {cache.LIMIT_BYTES >> 20} MiB; ${cache.VARIABLE} says where)"
     )
     data = facts["data"]
     if not full:
-        print(f"{'data':<10} {len(data) - 2} media; observers and illuminants of the CIE (sources: --full)")
+        tell(f"{'data':<10} {len(data) - 2} media; observers and illuminants of the CIE (sources: --full)")
         return
     print("data")
     for name, source in data.items():
-        print(f"  {name:<16} {source}")
+        tell(f"  {name:<16} {source}")
 
 
 def _data_sources() -> dict[str, str]:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from iridesce.cli.answers import note, print_json
+from iridesce.cli.answers import note, print_json, tell, terminal_columns
 from iridesce.cli.chart_file import FORMATS, write_chart
 from iridesce.cli.options import AngleOption, IlluminantOption, JsonOption, SizeOption, ThemeOption
 from iridesce.cli.reading import pair
@@ -116,12 +116,26 @@ def verb(
             }
         )
         return
-    lines = [["stack", "CIEDE2000", "yield", "a nm", "volts"], *found.rows()]
-    widths = [max(len(line[column]) for line in lines) for column in range(5)]
-    for line in lines:
-        print("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip())
+    _tell(found.rows())
     for file in files:
         print(file)
+
+
+_HEAD = ["stack", "CIEDE2000", "yield", "a nm", "volts"]
+
+
+def _tell(rows: list[list[str]]) -> None:
+    """A table; on a terminal that is too narrow for it, a sentence a film."""
+    lines = [_HEAD, *rows]
+    widths = [max(len(line[column]) for line in lines) for column in range(5)]
+    columns = terminal_columns()
+    if columns is None or sum(widths) + 8 <= columns:
+        for line in lines:
+            print("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip())
+        return
+    for stack, *values in rows:
+        facts = [f"{name} {value}" for name, value in zip(_HEAD[1:], values, strict=True) if value]
+        tell(f"{stack}: {', '.join(facts)}")
 
 
 def _target(text: str) -> tuple[str, list[float]]:
