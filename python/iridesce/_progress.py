@@ -82,12 +82,22 @@ def _terminal_bar(what: str, counted: bool) -> Iterator[Callable[..., None]]:
 
         def advance(done: float, total: float, words: str = what) -> None:
             if not bars:
-                if done >= total and not sys.stderr.isatty():
+                if not _can_be_written(sys.stderr) or (done >= total and not _is_terminal(sys.stderr)):
                     return
                 bars.append(_Bar(shown, counted))
             bars[0].advance(done, total, words)
 
         yield advance
+
+
+def _can_be_written(stream: Any) -> bool:
+    """A program without a console (pythonw) has no stderr, and some close theirs: who does wants no bar, and no error."""
+    return stream is not None and not getattr(stream, "closed", False)
+
+
+def _is_terminal(stream: Any) -> bool:
+    """Streams that take the place of stderr need not know the question."""
+    return bool(getattr(stream, "isatty", bool)())
 
 
 class _Bar:

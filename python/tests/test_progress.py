@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import subprocess
@@ -126,3 +127,27 @@ def test_work_that_is_over_at_its_first_news_has_no_bar_where_nobody_looks(monke
         advance(256, 256)
         with pytest.raises(AssertionError, match="over"):
             advance(1, 256)
+
+
+class Mute:
+    """A stream that knows how to write, and nothing else."""
+
+    def write(self, text: str) -> int:
+        return len(text)
+
+
+def closed() -> io.StringIO:
+    stream = io.StringIO()
+    stream.close()
+    return stream
+
+
+@pytest.mark.parametrize("stream", [None, closed(), Mute()], ids=["none", "closed", "mute"])
+def test_without_a_stderr_there_is_no_bar_and_no_error(stream: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Programs without a console (pythonw) have None."""
+    monkeypatch.setattr(sys, "stderr", stream)
+    CALLS["rendering"](True)
+    for first in (1, 12):
+        with progress_bar("frames", counted=True) as advance:
+            advance(first, 12)
+            advance(12, 12)
