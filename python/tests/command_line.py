@@ -7,7 +7,9 @@ themselves, or for an environment of their own, starts a new interpreter.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
+import functools
 import json
 import os
 import runpy
@@ -16,6 +18,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 # Words of a message: how long it is, the number of a process, an exit code.
@@ -94,6 +97,32 @@ class CommandLine:
                 file.seek(0)
                 texts.append(file.read())
         return subprocess.CompletedProcess(command, code, *texts)
+
+
+@functools.cache
+def shared() -> CommandLine:
+    """The one of this process, which ends with it."""
+    commands = CommandLine()
+    atexit.register(commands.stop)
+    return commands
+
+
+def run(
+    words: Sequence[str], cwd: Path, env: Mapping[str, str] | None = None, timeout: float = 300.0
+) -> subprocess.CompletedProcess[str]:
+    """A command to its end. With an environment, or where this process's own has changed, in a new interpreter."""
+    if hasattr(os, "fork") and env is None and shared().is_current():
+        return shared().run(list(words), cwd, timeout)
+    return subprocess.run(
+        [sys.executable, "-m", "iridesce", *words],
+        cwd=cwd,
+        env={**os.environ, "COLUMNS": "120", **(env or {})},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        check=False,
+    )
 
 
 def serve(connection: socket.socket) -> list[str] | None:

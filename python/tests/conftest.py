@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from command_line import CommandLine
+import command_line
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -31,19 +30,8 @@ def root() -> Path:
     return ROOT
 
 
-@pytest.fixture(scope="session")
-def command_line() -> Iterator[CommandLine | None]:
-    """What commands are forked from; nothing where there is no fork."""
-    if not hasattr(os, "fork"):
-        yield None
-        return
-    commands = CommandLine()
-    yield commands
-    commands.stop()
-
-
 @pytest.fixture
-def iridesce(tmp_path: Path, command_line: CommandLine | None) -> Run:
+def iridesce(tmp_path: Path) -> Run:
     """Run the command line in a temporary folder: ``iridesce("color", "air / soap 320 / air").stdout``.
 
     It is a process of its own, as for a user, so exit codes, both streams and the absence of a traceback are the real ones.
@@ -51,19 +39,7 @@ def iridesce(tmp_path: Path, command_line: CommandLine | None) -> Run:
     """
 
     def run(*arguments: str, cwd: Path = tmp_path, env: dict[str, str] | None = None, timeout: float = 120.0):
-        if command_line is not None and env is None and command_line.is_current():
-            finished = command_line.run(list(arguments), cwd, timeout)
-        else:
-            finished = subprocess.run(
-                [sys.executable, "-m", "iridesce", *arguments],
-                cwd=cwd,
-                env={**os.environ, "COLUMNS": "120", **(env or {})},
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                text=True,
-                timeout=timeout,
-                check=False,
-            )
+        finished = command_line.run(arguments, cwd, env, timeout)
         assert "Traceback" not in finished.stderr, finished.stderr
         return finished
 

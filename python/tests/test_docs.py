@@ -10,14 +10,13 @@ from __future__ import annotations
 import doctest
 import re
 import shlex
-import subprocess
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
+import command_line
 import iridesce as ir
 from conftest import ROOT
 
@@ -58,14 +57,7 @@ def run_command(command: str, folder: Path) -> str:
     """Run `iridesce ...` in a folder; what it prints."""
     words = shlex.split(command, comments=True)
     assert words[0] == "iridesce", f"not run in the documentation: {command}"
-    finished = subprocess.run(
-        [sys.executable, "-m", *words],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-        stdin=subprocess.DEVNULL,
-    )
+    finished = command_line.run(words[1:], folder)
     assert finished.returncode == 0, f"{command}: exit {finished.returncode}\n{finished.stderr}"
     return finished.stdout
 

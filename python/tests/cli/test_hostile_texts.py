@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+import command_line
 import iridesce as ir
 
 DEEP = "[" * 20_000 + "]" * 20_000
@@ -16,8 +16,7 @@ LONG = "9" * 5_000
 
 
 def iridesce(*words: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "iridesce", *words]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
+    return command_line.run(words, folder, timeout=120)
 
 
 @pytest.mark.parametrize(("value", "said"), [(DEEP, "nested too deeply"), (LONG, "more digits")])

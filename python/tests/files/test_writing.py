@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import command_line
 import iridesce as ir
 from iridesce.files.whole import write_whole
 
@@ -148,9 +149,9 @@ def frames(folder: Path) -> dict[str, bytes]:
 @pytest.mark.parametrize("damage", ["empty", "half", "gone"])
 def test_damaged_frames_are_drawn_again(tmp_path: Path, damage: str) -> None:
     folder = tmp_path / "shot"
-    command = [sys.executable, "-m", "iridesce", "animate", "soap-bubble", "--seconds", "0.1", "--fps", "20"]
+    command = ["animate", "soap-bubble", "--seconds", "0.1", "--fps", "20"]
     command += ["--size", "16x12", "--samples", "1", "-o", str(folder), "--format", "png"]
-    subprocess.run(command, check=True, capture_output=True, timeout=300)
+    assert command_line.run(command, tmp_path).returncode == 0
     whole = frames(folder)
     broken = folder / "frame_00001.png"
     harm: dict[str, Callable[[], object]] = {
@@ -159,20 +160,20 @@ def test_damaged_frames_are_drawn_again(tmp_path: Path, damage: str) -> None:
         "gone": broken.unlink,
     }
     harm[damage]()
-    done = subprocess.run([*command, "--resume"], check=True, capture_output=True, text=True, timeout=300)
-    assert frames(folder) == whole
+    done = command_line.run([*command, "--resume"], tmp_path)
+    assert done.returncode == 0 and frames(folder) == whole
     assert "1 of them drawn now" in done.stderr
     assert damage == "gone" or "it is drawn again" in done.stderr
 
 
 def test_a_frame_that_cannot_be_made_again_is_named(tmp_path: Path) -> None:
     folder = tmp_path / "run"
-    command = [sys.executable, "-m", "iridesce", "flow", "late", "--time", "0.02", "--fps", "50"]
+    command = ["flow", "late", "--time", "0.02", "--fps", "50"]
     command += ["--columns", "64", "--set", "regeneration=0", "-o", str(folder)]
-    subprocess.run(command, check=True, capture_output=True, timeout=300)
+    assert command_line.run(command, tmp_path).returncode == 0
     (folder / "frame_00000.tif").write_bytes(b"")
     command[command.index("0.02")] = "0.04"
-    done = subprocess.run([*command, "--resume"], capture_output=True, text=True, timeout=300)
+    done = command_line.run([*command, "--resume"], tmp_path)
     assert done.returncode == 3, done.stderr
     assert "frame_00000.tif" in done.stderr
     assert "cannot make it again" in done.stderr

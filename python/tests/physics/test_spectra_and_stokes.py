@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import numpy as np
 import OpenEXR
 import pytest
 
+import command_line
 import iridesce as ir
 from oracles import environment, spectra
 from oracles.camera import camera_rays
@@ -277,7 +275,7 @@ def test_spectra_and_stokes_vectors_travel_in_the_published_layout(tmp_path):
     image.save(tmp_path / "half.exr", half=True)
     np.testing.assert_allclose(ir.Image.load(tmp_path / "half.exr").spectra, image.spectra, rtol=2**-11, atol=1e-6)
     command = ["render", "soap-bubble", "--samples", "2", "--size", "8x6", "--spectral", "450:550:100", "-o", "c.exr"]
-    subprocess.run([sys.executable, "-m", "iridesce", *command], cwd=tmp_path, check=True, capture_output=True)
+    assert command_line.run(command, tmp_path).returncode == 0
     np.testing.assert_allclose(ir.Image.load(tmp_path / "c.exr").spectra, image.spectra[..., :2], rtol=1e-5)
 
 

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import command_line
 import iridesce as ir
 from iridesce.rendering import animation
 from iridesce.rendering.pictures import draw
@@ -26,9 +27,7 @@ CAMERA = {"position": [0.0, 0.0, 16.0], "target": [0.0, 0.0, 0.0], "up": [0.0, 1
 
 
 def iridesce(*words: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "iridesce", *words]
-    surrounding = {**os.environ, **environment}
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, env=surrounding)
+    return command_line.run(words, folder, environment or None)
 
 
 def frames_of(video: Path) -> tuple[int, float]:

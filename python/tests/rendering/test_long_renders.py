@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import command_line
 import iridesce as ir
 from iridesce import _core
 
@@ -299,10 +300,8 @@ def test_what_cannot_be_merged_is_said(whole, tmp_path):
 # --- the command line
 
 
-def run(*arguments: str, folder: Path, **more) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "iridesce", *arguments], cwd=folder, capture_output=True, text=True, timeout=120, **more
-    )
+def run(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    return command_line.run(arguments, folder, timeout=120)
 
 
 def test_the_verbs_shard_merge_and_crop(whole, tmp_path):

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import command_line
 import iridesce as ir
 from iridesce.cli.entry import application
 
@@ -222,8 +223,7 @@ def test_no_scheduler_at_the_address(monkeypatch: pytest.MonkeyPatch, tmp_path: 
 
 
 def iridesce(*words: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "iridesce", *words]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
+    return command_line.run(words, folder)
 
 
 def test_frames_by_workers_are_those_of_this_machine(client: Any, tmp_path: Path) -> None:
