@@ -42,11 +42,14 @@ def lookup(image: NDArray[np.float32], direction: Directions, rotation_deg: floa
     fu, fv = u - column, v - row
     left, right = column % width, (column + 1) % width
     above, below = np.clip(row, 0, height - 1), np.clip(row + 1, 0, height - 1)
-    texels = image.astype(np.float64)
     if image.ndim == 3:
         fu, fv = fu[..., None], fv[..., None]
-    upper = texels[above, left] * (1.0 - fu) + texels[above, right] * fu
-    lower = texels[below, left] * (1.0 - fu) + texels[below, right] * fu
+
+    def texels(row: NDArray[np.int_], column: NDArray[np.int_]) -> NDArray[np.float64]:
+        return image[row, column].astype(np.float64)
+
+    upper = texels(above, left) * (1.0 - fu) + texels(above, right) * fu
+    lower = texels(below, left) * (1.0 - fu) + texels(below, right) * fu
     return upper * (1.0 - fv) + lower * fv
 
 

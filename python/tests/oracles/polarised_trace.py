@@ -15,6 +15,7 @@ orthogonal fields of half the power each. Different paths add their powers.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -32,26 +33,61 @@ Vector = NDArray[np.float64]
 NEAR = 1e-9  # a hit closer than this is the one just left, scene units
 
 
-def film_matrices(amplitudes: Amplitudes, k_in: Vector, normal: Vector) -> tuple[NDArray[Any], NDArray[Any], Vector]:
-    """Field matrices (471, 3, 3) of reflection and transmission of light along ``k_in``; the mirrored direction."""
+def cross(a: Vector, b: Vector) -> Vector:
+    """The cross product of two vectors. (`numpy.cross` spends most of its time on shapes.)"""
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def times(chain: NDArray[Any], columns: Vector) -> NDArray[Any]:
+    """Matrices (471, 3, n) times one matrix (n, m): one product of a tall matrix, where ``@`` would take 471 small ones."""
+    return (chain.reshape(-1, len(columns)) @ columns).reshape(len(chain), -1, columns.shape[1])
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """What a film does to the fields of one direction: a_s s s^T + a_p p_out p_in^T."""
+
+    a_s: NDArray[Any]
+    a_p: NDArray[Any]
+    s: Vector
+    p_in: Vector
+    p_out: Vector
+
+    def matrix(self) -> NDArray[Any]:
+        """(471, 3, 3)."""
+        across, along = np.outer(self.s, self.s), np.outer(self.p_out, self.p_in)
+        return self.a_s[:, None, None] * across + self.a_p[:, None, None] * along
+
+    def before(self, chain: NDArray[Any]) -> NDArray[Any]:
+        """``chain @ matrix()``, by the two directions that the matrix is made of."""
+        parts = times(chain, np.stack([self.s, self.p_out], axis=-1))
+        parts *= np.stack([self.a_s, self.a_p], axis=-1)[:, None, :]
+        return times(parts, np.stack([self.s, self.p_in]))
+
+
+def film_meetings(amplitudes: Amplitudes, k_in: Vector, normal: Vector) -> tuple[Meeting, Meeting, Vector]:
+    """Reflection and transmission of light along ``k_in``; the mirrored direction."""
     cosine = float(k_in @ normal)
     mirrored = k_in - 2.0 * cosine * normal
-    across = np.cross(k_in, normal)
+    across = cross(k_in, normal)
     # at normal incidence any s will do: r_p = -r_s and p_out = -p_in make the result the same for all
-    s = unit(across) if np.linalg.norm(across) > 1e-12 else unit(np.cross(k_in, [0.3, -0.5, 0.8]))
-    p_in, p_out = np.cross(k_in, s), np.cross(mirrored, s)
+    s = unit(across) if np.linalg.norm(across) > 1e-12 else unit(cross(k_in, [0.3, -0.5, 0.8]))
+    p_in, p_out = cross(k_in, s), cross(mirrored, s)
+    reflection = Meeting(amplitudes.r_s, amplitudes.r_p, s, p_in, p_out)
+    return reflection, Meeting(amplitudes.t_s, amplitudes.t_p, s, p_in, p_in), mirrored
 
-    def matrix(a_s: NDArray[Any], a_p: NDArray[Any], p: Vector) -> NDArray[Any]:
-        return a_s[:, None, None] * np.outer(s, s) + a_p[:, None, None] * np.outer(p, p_in)
 
-    return matrix(amplitudes.r_s, amplitudes.r_p, p_out), matrix(amplitudes.t_s, amplitudes.t_p, p_in), mirrored
+def film_matrices(amplitudes: Amplitudes, k_in: Vector, normal: Vector) -> tuple[NDArray[Any], NDArray[Any], Vector]:
+    """Field matrices (471, 3, 3) of reflection and transmission of light along ``k_in``; the mirrored direction."""
+    reflection, transmission, mirrored = film_meetings(amplitudes, k_in, normal)
+    return reflection.matrix(), transmission.matrix(), mirrored
 
 
 def power_of_unpolarised(chain: NDArray[Any], k: Vector) -> NDArray[np.float64]:
     """Share of the power of unpolarised light along ``k`` that gets through ``chain`` (471, 3, 3)."""
-    first = unit(np.cross(k, [1.0, 0.0, 0.0] if abs(k[0]) < 0.7 else [0.0, 1.0, 0.0]))
-    fields = np.stack([first, np.cross(k, first)], axis=-1)
-    return 0.5 * np.sum(np.abs(chain @ fields) ** 2, axis=(-2, -1))
+    first = unit(cross(k, [1.0, 0.0, 0.0] if abs(k[0]) < 0.7 else [0.0, 1.0, 0.0]))
+    fields = times(chain, np.stack([first, cross(k, first)], axis=-1))
+    return 0.5 * np.sum(fields.real**2 + fields.imag**2, axis=(-2, -1))
 
 
 def stokes_of_unpolarised(chain: NDArray[Any], k: Vector, leaving: Vector, upright: Vector) -> NDArray[np.float64]:
@@ -60,16 +96,16 @@ def stokes_of_unpolarised(chain: NDArray[Any], k: Vector, leaving: Vector, uprig
     With s the camera's upright and p = leaving x s: S1 = |E_s|^2 - |E_p|^2, S3 = 2 Im(E_s conj(E_p)), and since p points to
     the left of the picture S2 = -2 Re(E_s conj(E_p)) is positive at 45 degrees clockwise.
     """
-    first = unit(np.cross(k, [1.0, 0.0, 0.0] if abs(k[0]) < 0.7 else [0.0, 1.0, 0.0]))
-    fields = chain @ np.stack([first, np.cross(k, first)], axis=-1)
+    first = unit(cross(k, [1.0, 0.0, 0.0] if abs(k[0]) < 0.7 else [0.0, 1.0, 0.0]))
+    fields = times(chain, np.stack([first, cross(k, first)], axis=-1))
     s = unit(np.asarray(upright) - leaving * float(leaving @ upright))
-    e_s, e_p = np.einsum("i,wij->wj", s, fields), np.einsum("i,wij->wj", np.cross(leaving, s), fields)
-    cross = e_s * np.conj(e_p)
+    e_s, e_p = np.einsum("i,wij->wj", s, fields), np.einsum("i,wij->wj", cross(leaving, s), fields)
+    mixed = e_s * np.conj(e_p)
     parts = (
         np.abs(e_s) ** 2 + np.abs(e_p) ** 2,
         np.abs(e_s) ** 2 - np.abs(e_p) ** 2,
-        -2.0 * cross.real,
-        2.0 * cross.imag,
+        -2.0 * mixed.real,
+        2.0 * mixed.imag,
     )
     return 0.5 * np.stack([part.sum(axis=-1) for part in parts], axis=-1)
 
@@ -89,13 +125,13 @@ class Tracer:
         """The closest hit ahead."""
         best: tuple[float, FilmSphere] | None = None
         for sphere in self.spheres:
-            relative = origin - np.asarray(sphere.center)
+            relative = origin - sphere.center
             along = float(relative @ direction)
             miss = relative - along * direction
             reach = sphere.radius**2 - float(miss @ miss)
             if reach <= 0.0:
                 continue
-            for distance in (-along - np.sqrt(reach), -along + np.sqrt(reach)):
+            for distance in (-along - math.sqrt(reach), -along + math.sqrt(reach)):
                 if distance > NEAR and (best is None or distance < best[0]):
                     best = (float(distance), sphere)
         return best
@@ -133,11 +169,11 @@ class Tracer:
             mirrored = ray - 2.0 * float(ray @ normal) * normal
             if self.polarised:
                 # light comes along -mirrored (or -ray) and leaves along -ray, towards the camera
-                reflection, _, leaving = film_matrices(film, -mirrored, normal)
-                assert np.allclose(leaving, -ray)
-                transmission = film_matrices(film, -ray, normal)[1]
-                stack.append((place, mirrored, chain @ reflection, hits + 1))
-                stack.append((place, ray, chain @ transmission, hits + 1))
+                reflection, _, leaving = film_meetings(film, -mirrored, normal)
+                assert np.abs(leaving + ray).max() < 1e-8
+                transmission = film_meetings(film, -ray, normal)[1]
+                stack.append((place, mirrored, reflection.before(chain), hits + 1))
+                stack.append((place, ray, transmission.before(chain), hits + 1))
             else:
                 reflectance = (np.abs(film.r_s) ** 2 + np.abs(film.r_p) ** 2) / 2.0
                 transmittance = (np.abs(film.t_s) ** 2 + np.abs(film.t_p) ** 2) / 2.0

@@ -85,14 +85,14 @@ def test_one_sphere_before_another(tmp_path, monkeypatch):
         FilmSphere(2.0, 150.0, 150.0, center=(-0.5, -0.4, 0.5), radius=0.6),  # cuts the first
     ]
     camera = {"position": [0.3, 0.4, 5.0], "target": [0.2, 0.1, 0.0], "fov_deg": 30.0, "resolution": [12, 12]}
-    # single rays: pixels of 1/500 of a degree around each place, so that no pixel average blurs the comparison
+    # single rays: one pixel of 1/500 of a degree around each place, so that no pixel average blurs the comparison
     for column, row in ((5.3, 6.1), (8.1, 4.4), (3.4, 7.2), (6.9, 5.0), (9.8, 3.1)):
         origin, direction = camera_rays(camera, column, row)
         window = {
             "position": origin.tolist(),
             "target": (origin + 5.0 * direction).tolist(),
-            "fov_deg": 0.004,
-            "resolution": [2, 2],
+            "fov_deg": 0.002,
+            "resolution": [1, 1],
         }
         tracer = Tracer(spheres, lambda d: environment.lookup(sky, d), depth=22, threshold=1e-6)
         wanted = tracer.picture(window, points=1)
