@@ -46,8 +46,27 @@ class Frame(NamedTuple):
     """Thickness, nm, row 0 on top, (rows, columns); of a dome its own rows alone."""
 
 
+class _Start(NamedTuple):
+    """What a film begins with, and needs again beside a checkpoint."""
+
+    preset: str
+    columns: int | None
+    seed: int
+    changes: list[tuple[str, float]]
+    initial_nm: NDArray[np.float64] | None
+    sides: str | None
+
+    def film(self, checkpoint: bytes | None) -> _core.Flow:
+        """The film at its start, or where a checkpoint says."""
+        initial = None if self.initial_nm is None else _core.ThicknessMap(self.initial_nm)
+        return _core.Flow(self.preset, self.columns, self.seed, self.changes, checkpoint, initial, self.sides)
+
+
 class Simulation(Iterator[Frame]):
     """A film that flows, as `simulate` makes it: iterate for its frames.
+
+    It can be copied and pickled, and the copy goes on to the same bytes; a function that is told of its progress stays
+    with the first.
 
     >>> film = simulate("late", time_s=0.1, frames_per_second=20)
     >>> [round(frame.time_s, 2) for frame in film]
@@ -55,9 +74,17 @@ class Simulation(Iterator[Frame]):
     """
 
     def __init__(
-        self, core: _core.Flow, time_s: float, frames_per_second: float, first: int, progress: Told = None
+        self,
+        start: _Start,
+        core: _core.Flow,
+        time_s: float,
+        frames_per_second: float,
+        first: int,
+        progress: Told = None,
     ) -> None:
+        self._start = start
         self._core = core
+        self._end = time_s
         self._rate = frames_per_second
         self._next = first
         self._progress = progress
@@ -210,8 +237,28 @@ class Simulation(Iterator[Frame]):
         """
         return self._core.checkpoint()
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        progress = self._progress if isinstance(self._progress, bool) else None
+        made = (self._start, self._core.checkpoint(), self._end, self._rate, self._next, progress)
+        return _restored, (*made, list(self._history))
+
     def __repr__(self) -> str:
         return f"<iridesce.thickness.Simulation at {self.facts['time_s']:g} s, {len(self)} frames left>"
+
+
+def _restored(
+    start: _Start,
+    checkpoint: bytes,
+    time_s: float,
+    frames_per_second: float,
+    first: int,
+    progress: Told,
+    history: list[tuple[float, ...]],
+) -> Simulation:
+    """A film as it was when it was pickled."""
+    film = Simulation(start, start.film(checkpoint), time_s, frames_per_second, first, progress)
+    film._history = list(history)
+    return film
 
 
 def simulate(
@@ -277,8 +324,9 @@ def simulate(
     changes = [(name, number(name, value)) for name, value in parameters.items()]
     if not (checkpoint is None or isinstance(checkpoint, bytes)):
         raise refusal("checkpoint", "bytes or None", Words(type(checkpoint).__name__))
-    start = _initial(initial, parameters)
-    core = _core.Flow(preset, columns, whole("seed", seed, 0, _MAX_SEED), changes, checkpoint, start, sides)
+    seed = whole("seed", seed, 0, _MAX_SEED)
+    start = _Start(preset, columns, seed, changes, _initial(initial, parameters), sides)
+    core = start.film(checkpoint)
     first = 0
     if checkpoint is not None:
         reached = float(core.facts()["time_s"] or 0.0)
@@ -294,10 +342,12 @@ def simulate(
                 "the rate that the checkpoint was made with",
                 rate,
             )
-    return Simulation(core, end, rate, first, progress)
+    return Simulation(start, core, end, rate, first, progress)
 
 
-def _initial(initial: ThicknessMap | ArrayLike | None, parameters: dict[str, float | str]) -> _core.ThicknessMap | None:
+def _initial(
+    initial: ThicknessMap | ArrayLike | None, parameters: dict[str, float | str]
+) -> NDArray[np.float64] | None:
     if initial is None:
         return None
     for name in ("thickness_nm", "noise"):
@@ -315,7 +365,7 @@ def _initial(initial: ThicknessMap | ArrayLike | None, parameters: dict[str, flo
     refuse_where(~(np.isfinite(values) & (values >= 0.0)), values, "initial", allowed)
     if not values.any():
         raise refusal("initial", "some liquid", Words("0.0 everywhere"), must="hold")
-    return _core.ThicknessMap(np.ascontiguousarray(values))
+    return np.array(values, dtype=np.float64, order="C")
 
 
 def presets() -> list[str]:

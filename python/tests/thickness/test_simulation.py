@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -14,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import command_line
 import iridesce as ir
 from iridesce.thickness import ThicknessMap, flow, presets, simulate
 
@@ -200,8 +203,7 @@ def test_a_scene_whose_film_flows_for_long_can_be_stopped(tmp_path: Path) -> Non
 
 
 def iridesce(*words: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "iridesce", *words]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=300)
+    return command_line.run(words, folder)
 
 
 WORDS = ("flow", "late", "--fps", "20", "--columns", "64", "--set", "regeneration=0.0")
@@ -292,6 +294,32 @@ def test_history_and_profiles_are_the_film_s_own(tmp_path: Path) -> None:
         done = iridesce(*wrong, folder=tmp_path)
         assert done.returncode in (2, 3) and part in " ".join(done.stderr.split()), done.stderr
     assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("done", [0, 2])
+@pytest.mark.parametrize("initial", [None, [[200.0], [300.0]]], ids=["noise", "given"])
+def test_copies_and_pickles_go_on_to_the_same_bytes(done: int, initial: Any) -> None:
+    how: dict[str, Any] = {"initial": initial, "progress": lambda *_: None, "sides": "periodic", "speed": 2.0, **QUICK}
+    film = simulate("vertical-film", time_s=0.15, frames_per_second=20, seed=3, **how)
+    for _ in range(done):
+        next(film)
+    others = [pickle.loads(pickle.dumps(film)), copy.deepcopy(film), copy.copy(film)]
+    assert [(one.frame, len(one)) for one in others] == [(done, 4 - done)] * 3
+    frames = list(film)
+    for other in others:
+        assert other.parameters == film.parameters and len(other.history) == done
+        again = list(other)
+        assert [one.time_s for one in again] == [one.time_s for one in frames]
+        assert all(np.array_equal(a.thickness_nm, b.thickness_nm) for a, b in zip(again, frames, strict=True))
+        assert other.history.tobytes() == film.history.tobytes()
+
+
+def test_a_film_that_burst_is_pickled_as_it_is() -> None:
+    film = simulate("late", time_s=1.0, thickness_nm=20.0, columns=64, regeneration=0.0, rupture_per_m2_s=1e4)
+    count = len(list(film))
+    other = pickle.loads(pickle.dumps(film))
+    assert other.ruptured_s == film.ruptured_s is not None
+    assert len(other.history) == count and list(other) == []
 
 
 def test_a_film_starts_from_a_given_thickness(tmp_path: Path) -> None:
