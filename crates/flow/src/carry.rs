@@ -61,10 +61,23 @@ impl Carry {
 
     /// Traces back over `dt` seconds in a velocity that is steady meanwhile.
     pub fn trace(&mut self, grid: &Grid, down: &[f64], across: &[f64], dt: f64) {
-        let n = grid.columns;
-        let stride = n + 2 * PAD;
         self.down.fill(grid, Kind::Down, down);
         self.across.fill(grid, Kind::Across, across);
+        let fastest = self.fill_middles(grid, down, across);
+        let half = dt / 2.0 / grid.radius;
+        self.caps = caps(grid, 2.0 * half * fastest * 1.001);
+        self.trace_in_the_grid(grid, half);
+        if self.caps != [0; 2] {
+            // Rows that those next to the poles may reach.
+            let reach = (dt * fastest / grid.dy).min(grid.rows as f64) as usize + PAD + 2;
+            self.trace_in_space(grid, half, reach);
+        }
+    }
+
+    /// Velocity at the middles of cells, with ghosts; the fastest, m/s.
+    fn fill_middles(&mut self, grid: &Grid, down: &[f64], across: &[f64]) -> f64 {
+        let n = grid.columns;
+        let stride = n + 2 * PAD;
         let fastest: Vec<f64> = self.local[PAD * stride..(PAD + grid.rows) * stride]
             .par_chunks_exact_mut(stride)
             .enumerate()
@@ -81,7 +94,6 @@ impl Carry {
                 square
             })
             .collect();
-        let fastest = fastest.into_iter().fold(0.0, f64::max).sqrt();
         // Only one ghost beyond a wall is ever used: there the film slips along a mirror. Poles have caps.
         let (head, body) = self.local.split_at_mut(PAD * stride);
         let last = grid.rows * stride;
@@ -91,8 +103,12 @@ impl Carry {
             let [v, u] = body[last - stride + k];
             body[last + k] = [-v, u];
         }
-        let half = dt / 2.0 / grid.radius;
-        self.caps = caps(grid, 2.0 * half * fastest * 1.001);
+        fastest.into_iter().fold(0.0, f64::max).sqrt()
+    }
+
+    /// Traces all rows but those next to the poles, in rows and columns.
+    fn trace_in_the_grid(&mut self, grid: &Grid, half: f64) {
+        let n = grid.columns;
         let [top, bottom] = self.caps;
         let lower = grid.rows - bottom;
         let (local, scale) = (&self.local, self.scale);
@@ -108,12 +124,16 @@ impl Carry {
                     wide!(near::trace(&site, &scale, local, half, down, across));
                 }
             });
-        if self.caps == [0; 2] {
-            return;
-        }
-        // Near the poles: rows that are traced from, and those that they may reach.
-        let reach = (dt * fastest / grid.dy).min(grid.rows as f64) as usize + PAD + 2;
+    }
+
+    /// Traces the rows next to the poles in space, where velocities within `reach` rows of them are wanted.
+    fn trace_in_space(&mut self, grid: &Grid, half: f64, reach: usize) {
+        let n = grid.columns;
+        let stride = n + 2 * PAD;
+        let [top, bottom] = self.caps;
+        let lower = grid.rows - bottom;
         let near_pole = |i: usize, more: usize| (top > 0 && i <= top + more) || (bottom > 0 && i + more + 1 >= lower);
+        let local = &self.local;
         self.velocity[PAD * stride..(PAD + grid.rows) * stride]
             .par_chunks_exact_mut(stride)
             .enumerate()
@@ -133,7 +153,7 @@ impl Carry {
                 }
             });
         self.fill_ghosts(grid);
-        let velocity = &self.velocity;
+        let (velocity, scale) = (&self.velocity, self.scale);
         let [x, y, z] = &mut self.displacement;
         x.par_chunks_exact_mut(n)
             .zip(y.par_chunks_exact_mut(n))

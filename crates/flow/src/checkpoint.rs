@@ -172,13 +172,20 @@ fn read_state(reader: &mut Reader<'_>, parameters: &Parameters) -> Option<State>
 
 /// What no run can have come to, if there is such a thing.
 fn impossible(state: &State, parameters: &Parameters) -> Option<String> {
-    let told = |what: &str, value: f64, allowed: &str| Some(format!("{what} is {value:?}; {allowed}"));
     if !(0.0..=MOST_SECONDS).contains(&state.time_s) {
         return told("its time in s", state.time_s, "from 0 to 1e9 is possible");
     }
     if let Some(ruptured_s) = state.ruptured_s.filter(|s| !(0.0..=MOST_SECONDS).contains(s)) {
         return told("the time of its rupture in s", ruptured_s, "from 0 to 1e9 is possible");
     }
+    impossible_books(state).or_else(|| impossible_events(state, parameters)).or_else(|| impossible_fields(state))
+}
+
+fn told(what: &str, value: f64, allowed: &str) -> Option<String> {
+    Some(format!("{what} is {value:?}; {allowed}"))
+}
+
+fn impossible_books(state: &State) -> Option<String> {
     let Books { start, evaporated, swallowed, blackened, drained } = state.books;
     for (what, value) in [("start", start), ("evaporated", evaporated), ("swallowed", swallowed), ("drained", drained)]
     {
@@ -193,6 +200,10 @@ fn impossible(state: &State, parameters: &Parameters) -> Option<String> {
     if !(state.surfactant.is_finite() && state.surfactant > 0.0) {
         return told("its surfactant", state.surfactant, "a finite number > 0 is possible");
     }
+    None
+}
+
+fn impossible_events(state: &State, parameters: &Parameters) -> Option<String> {
     for (name, clock) in
         [("patches", state.patch_clock), ("black spots", state.spot_clock), ("ruptures", state.rupture_clock)]
     {
@@ -209,29 +220,34 @@ fn impossible(state: &State, parameters: &Parameters) -> Option<String> {
         }
     }
     for (name, spots) in [("patches", &state.patches), ("black spots", &state.spots)] {
-        for spot in spots {
-            let [x, y, z] = spot.place;
-            let numbers = [x, y, z, spot.radius, spot.from, spot.ratio];
-            let is_possible = numbers.iter().all(|value| value.is_finite())
-                && spot.radius > 0.0
-                && (0.0..=MOST_SECONDS).contains(&spot.from)
-                && (0.0..1.0).contains(&spot.ratio)
-                && match parameters.shape {
-                    Shape::Sphere { radius_m, .. } => {
-                        (x * x + y * y + z * z - 1.0).abs() < 1e-6 && spot.radius <= 4.0 * radius_m
-                    }
-                    Shape::Plane { width_m, height_m, .. } => {
-                        x.abs() <= 2.0 * width_m && z.abs() <= 2.0 * height_m && spot.radius <= width_m + height_m
-                    }
-                };
-            if !is_possible {
-                return Some(format!(
-                    "one of its {name} is at {:?}, {:?} m wide, since {:?} s",
-                    spot.place, spot.radius, spot.from
-                ));
-            }
+        if let Some(spot) = spots.iter().find(|spot| !is_possible(spot, parameters)) {
+            return Some(format!(
+                "one of its {name} is at {:?}, {:?} m wide, since {:?} s",
+                spot.place, spot.radius, spot.from
+            ));
         }
     }
+    None
+}
+
+fn is_possible(spot: &Spot, parameters: &Parameters) -> bool {
+    let [x, y, z] = spot.place;
+    let numbers = [x, y, z, spot.radius, spot.from, spot.ratio];
+    numbers.iter().all(|value| value.is_finite())
+        && spot.radius > 0.0
+        && (0.0..=MOST_SECONDS).contains(&spot.from)
+        && (0.0..1.0).contains(&spot.ratio)
+        && match parameters.shape {
+            Shape::Sphere { radius_m, .. } => {
+                (x * x + y * y + z * z - 1.0).abs() < 1e-6 && spot.radius <= 4.0 * radius_m
+            }
+            Shape::Plane { width_m, height_m, .. } => {
+                x.abs() <= 2.0 * width_m && z.abs() <= 2.0 * height_m && spot.radius <= width_m + height_m
+            }
+        }
+}
+
+fn impossible_fields(state: &State) -> Option<String> {
     if let Some(memory) = state.memory.as_ref().filter(|memory| !(memory.dt > 0.0 && memory.dt.is_finite())) {
         return told("the length of its last step, in s,", memory.dt, "a finite number > 0 is possible");
     }

@@ -207,30 +207,44 @@ pub fn regenerate(
         let radius = p.patch_m * (0.3 * draws.normal() - 0.09).exp();
         let radius = radius.clamp(0.4 * p.patch_m, 2.5 * p.patch_m);
         let ratio = (p.patch_ratio + 0.05 * draws.normal()).clamp(0.5 * p.patch_ratio, 0.98);
-        let place = match grid.shape {
-            Shape::Plane { width_m, height_m, .. } => {
-                // So far from the border that it swallows what the rate has it swallow.
-                let inside = 0.6 * radius;
-                let row = ((at.max(n) - n) % grid.rows) as f64 + within;
-                let height = height_m - row * grid.dy;
-                match at.checked_sub(n) {
-                    None => [(at as f64 + within) * grid.width[0], 0.0, height_m - (rim - inside / grid.dy) * grid.dy],
-                    Some(row) if row < grid.rows => [inside, 0.0, height],
-                    Some(_) => [width_m - inside, 0.0, height],
-                }
-            }
-            Shape::Sphere { radius_m, .. } => {
-                let row = rim - 0.6 * radius / grid.dy;
-                let (s, c) = (row * grid.dy / radius_m).sin_cos();
-                let (sp, cp) = ((at as f64 + within) / n as f64 * std::f64::consts::TAU).sin_cos();
-                [s * cp, s * sp, c]
-            }
-        };
+        let place = beside_border(grid, rim, at, within, radius);
         patches.push(Spot { place, radius, from: time + share * dt, ratio });
     });
+    let swallowed = swallow(grid, p, patches, h, [time, time + dt]);
+    patches.retain(|patch| patch.from + p.patch_s > time + dt);
+    swallowed
+}
+
+/// Where a patch is born at place `at` of the border (columns of the rim, then rows of the left and the right side), in m
+/// on a plane: so far from the border that it swallows what the rate has it swallow.
+fn beside_border(grid: &Grid, rim: f64, at: usize, within: f64, radius: f64) -> [f64; 3] {
+    let n = grid.columns;
+    let inside = 0.6 * radius;
+    match grid.shape {
+        Shape::Plane { width_m, height_m, .. } => {
+            let row = ((at.max(n) - n) % grid.rows) as f64 + within;
+            let height = height_m - row * grid.dy;
+            match at.checked_sub(n) {
+                None => [(at as f64 + within) * grid.width[0], 0.0, height_m - (rim - inside / grid.dy) * grid.dy],
+                Some(row) if row < grid.rows => [inside, 0.0, height],
+                Some(_) => [width_m - inside, 0.0, height],
+            }
+        }
+        Shape::Sphere { radius_m, .. } => {
+            let row = rim - inside / grid.dy;
+            let (s, c) = (row * grid.dy / radius_m).sin_cos();
+            let (sp, cp) = ((at as f64 + within) / n as f64 * std::f64::consts::TAU).sin_cos();
+            [s * cp, s * sp, c]
+        }
+    }
+}
+
+/// What patches take of the film between two times, m3: each cell falls to `ratio` of itself within the patch's life.
+fn swallow(grid: &Grid, p: &Parameters, patches: &[Spot], h: &mut [f64], [from, to]: [f64; 2]) -> f64 {
+    let n = grid.columns;
     let mut swallowed = 0.0;
-    for patch in patches.iter() {
-        let share = ((time + dt).min(patch.from + p.patch_s) - patch.from.max(time)) / p.patch_s;
+    for patch in patches {
+        let share = (to.min(patch.from + p.patch_s) - patch.from.max(from)) / p.patch_s;
         let strength = share.max(0.0) * -patch.ratio.ln();
         near(grid, patch.place, patch.radius, |row, column, d| {
             let x = (d / patch.radius).powi(2);
@@ -241,7 +255,6 @@ pub fn regenerate(
             *cell = thinner;
         });
     }
-    patches.retain(|patch| patch.from + p.patch_s > time + dt);
     swallowed
 }
 
@@ -259,60 +272,66 @@ pub fn open_spots(
     if p.spots == 0.0 {
         return 0.0;
     }
-    let (n, black_m) = (grid.columns, p.black_film_m());
+    let n = grid.columns;
     let thin = |i: usize, j: usize, h: &[f64]| h[i * n + j] < p.spot_below_m && h[i * n + j] > p.black_below_m;
     let rows: Vec<f64> =
         (0..grid.rows).map(|i| (0..n).filter(|&j| thin(i, j, h)).count() as f64 * grid.area[i]).collect();
     let total: f64 = rows.iter().sum();
     clock.run(p.seed, Purpose::Spot, p.speed * p.spots * total * dt, |share, draws| {
-        let mut wanted = draws.share() * total;
-        let (mut row, mut column) = (0, 0);
-        'search: for (i, all) in rows.iter().enumerate() {
-            if wanted > *all {
-                wanted -= all;
-                continue;
-            }
-            for j in 0..n {
-                if thin(i, j, h) {
-                    (row, column) = (i, j);
-                    wanted -= grid.area[i];
-                    if wanted <= 0.0 {
-                        break 'search;
-                    }
-                }
-            }
-            break;
-        }
+        let (row, column) = drawn_cell(grid, &rows, draws.share() * total, |i, j| thin(i, j, h));
         let radius = (p.spot_m * (0.4 * draws.normal()).exp()).clamp(0.3 * p.spot_m, 3.0 * p.spot_m);
         spots.push(Spot { place: grid.place(row, column), radius, from: time + share * dt, ratio: 0.0 });
     });
-    let mut lost = 0.0;
-    for spot in spots.iter() {
-        let radius = (p.speed * p.spot_speed * (time + dt - spot.from)).min(spot.radius);
-        // A rim as wide as the spot's own radius, two cells at least.
-        let outer = 2.0 * radius + 2.0 * grid.dy;
-        let (mut freed, mut room) = (0.0, 0.0);
-        near(grid, spot.place, outer, |row, column, d| {
-            let cell = &mut h[row * n + column];
-            if d <= radius && *cell > black_m {
-                freed += (*cell - black_m) * grid.area[row];
-                *cell = black_m;
-            } else if d > radius && *cell > p.black_below_m {
-                room += grid.area[row];
-            }
-        });
-        if room > 0.0 {
-            near(grid, spot.place, outer, |row, column, d| {
-                let cell = &mut h[row * n + column];
-                if d > radius && *cell > p.black_below_m {
-                    *cell += freed / room;
-                }
-            });
-        } else {
-            lost += freed;
-        }
-    }
+    let lost = spots.iter().map(|spot| open(grid, p, spot, h, time + dt)).sum();
     let life = |spot: &Spot| spot.from + spot.radius / (p.speed * p.spot_speed);
     spots.retain(|spot| life(spot) > time + dt);
     lost
+}
+
+/// The cell in which `wanted` of the area ends that is thin enough; `rows` is that area, row by row.
+fn drawn_cell(grid: &Grid, rows: &[f64], mut wanted: f64, thin: impl Fn(usize, usize) -> bool) -> (usize, usize) {
+    let mut found = (0, 0);
+    for (i, all) in rows.iter().enumerate() {
+        if wanted > *all {
+            wanted -= all;
+            continue;
+        }
+        for j in (0..grid.columns).filter(|&j| thin(i, j)) {
+            found = (i, j);
+            wanted -= grid.area[i];
+            if wanted <= 0.0 {
+                break;
+            }
+        }
+        break;
+    }
+    found
+}
+
+/// Opens a black spot as far as it has come by `time`; its liquid goes into a rim around it. What finds no room there, m3.
+fn open(grid: &Grid, p: &Parameters, spot: &Spot, h: &mut [f64], time: f64) -> f64 {
+    let (n, black_m) = (grid.columns, p.black_film_m());
+    let radius = (p.speed * p.spot_speed * (time - spot.from)).min(spot.radius);
+    // A rim as wide as the spot's own radius, two cells at least.
+    let outer = 2.0 * radius + 2.0 * grid.dy;
+    let (mut freed, mut room) = (0.0, 0.0);
+    near(grid, spot.place, outer, |row, column, d| {
+        let cell = &mut h[row * n + column];
+        if d <= radius && *cell > black_m {
+            freed += (*cell - black_m) * grid.area[row];
+            *cell = black_m;
+        } else if d > radius && *cell > p.black_below_m {
+            room += grid.area[row];
+        }
+    });
+    if room == 0.0 {
+        return freed;
+    }
+    near(grid, spot.place, outer, |row, column, d| {
+        let cell = &mut h[row * n + column];
+        if d > radius && *cell > p.black_below_m {
+            *cell += freed / room;
+        }
+    });
+    0.0
 }

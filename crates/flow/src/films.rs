@@ -95,6 +95,14 @@ struct Kept<T> {
     used: u64,
 }
 
+/// What one film is asked for: places in the question, their times in order, and the steps that it takes.
+struct Plan {
+    which: Which,
+    asked: Vec<usize>,
+    standing: Option<Standing>,
+    steps: u64,
+}
+
 #[derive(Default)]
 struct Known {
     /// Counts the questions.
@@ -146,81 +154,64 @@ impl Films {
             return Err((at, ThicknessError::new("time_s", allowed, format!("{:?}", wanted[at].1)).into()));
         }
         let mut found: Vec<Option<Arc<FlowField>>> = vec![None; wanted.len()];
-        // Each film once, its times in order: one run passes through them all.
-        let mut runs: BTreeMap<Which, Vec<usize>> = BTreeMap::new();
-        let question = {
-            let mut known = self.known();
-            known.questions += 1;
-            let question = known.questions;
-            for (at, (film, time_s)) in wanted.iter().enumerate() {
-                let which = film.which();
-                match known.fields.get_mut(&(which.clone(), time_s.to_bits())) {
-                    Some(kept) => {
-                        kept.used = question;
-                        found[at] = Some(kept.value.clone());
-                    }
-                    None => runs.entry(which.clone()).or_default().push(at),
-                }
-                if let Some(kept) = known.films.get_mut(&which) {
-                    kept.used = question;
-                }
-            }
-            question
-        };
-        let mut plans = Vec::new();
-        let mut total = 0;
-        for (which, mut asked) in runs {
-            asked.sort_by(|a, b| wanted[*a].1.total_cmp(&wanted[*b].1));
-            let film = &wanted[asked[0]].0;
-            let start = film.steps(wanted[asked[0]].1);
-            // Taken out while it flows: whoever asks for the same film meanwhile lets one of its own flow.
-            let taken = self.known().films.remove(&which).map(|kept| kept.value);
-            let standing = taken.filter(|standing| standing.reaches(start.first, start.last));
-            let end = film.steps(wanted[asked[asked.len() - 1]].1).last;
-            total += end.saturating_sub(standing.as_ref().map_or(0, |standing| standing.steps));
-            plans.push((which, asked, standing));
-        }
+        let (question, runs) = self.known().ask(wanted, &mut found);
+        let plans: Vec<Plan> = runs.into_iter().map(|(which, asked)| self.plan(which, asked, wanted)).collect();
+        let total = plans.iter().map(|plan| plan.steps).sum();
         if total > 0 {
             watch.begin("flowing", total);
         }
-        let mut failure = None;
-        for (which, asked, standing) in plans {
-            let film = &wanted[asked[0]].0;
-            let standing = match (standing, failure.is_some()) {
-                (Some(standing), _) => Some(standing),
-                (None, true) => None,
-                (None, false) => match Film::new(film.parameters().clone()) {
-                    Ok(film) => Some(Standing { film, steps: 0, before: None }),
-                    Err(error) => {
-                        failure = Some((asked[0], error.into()));
-                        None
-                    }
-                },
-            };
-            let Some(mut standing) = standing else { continue };
-            for at in asked {
-                if failure.is_some() {
-                    break;
-                }
-                match standing.field(film, wanted[at].1, watch) {
-                    Ok(field) => {
-                        let field = Arc::new(field);
-                        let bytes = size_of_val(field.map().thickness_nm());
-                        let key = (which.clone(), wanted[at].1.to_bits());
-                        self.known().fields.insert(key, Kept { value: field.clone(), bytes, used: question });
-                        found[at] = Some(field);
-                    }
-                    Err(error) => failure = Some((at, error)),
-                }
+        let mut told = Ok(());
+        for mut plan in plans {
+            if told.is_ok() {
+                told = self.follow(&mut plan, wanted, &mut found, (question, watch));
             }
-            let bytes = FILM_BYTES * film.parameters.columns * film.parameters.rows;
-            self.known().films.insert(which, Kept { value: standing, bytes, used: question });
+            if let Some(standing) = plan.standing {
+                let parameters = &wanted[plan.asked[0]].0.parameters;
+                let bytes = FILM_BYTES * parameters.columns * parameters.rows;
+                self.known().films.insert(plan.which, Kept { value: standing, bytes, used: question });
+            }
         }
         self.known().forget(question);
-        match failure {
-            Some(failure) => Err(failure),
-            None => Ok(found.into_iter().flatten().collect()),
+        told.map(|()| found.into_iter().flatten().collect())
+    }
+
+    /// Takes out the film that goes on: whoever asks for the same film meanwhile lets one of its own flow.
+    fn plan(&self, which: Which, mut asked: Vec<usize>, wanted: &[(FilmRun, f64)]) -> Plan {
+        asked.sort_by(|a, b| wanted[*a].1.total_cmp(&wanted[*b].1));
+        let film = &wanted[asked[0]].0;
+        let start = film.steps(wanted[asked[0]].1);
+        let taken = self.known().films.remove(&which).map(|kept| kept.value);
+        let standing = taken.filter(|standing| standing.reaches(start.first, start.last));
+        let end = film.steps(wanted[asked[asked.len() - 1]].1).last;
+        let steps = end.saturating_sub(standing.as_ref().map_or(0, |standing| standing.steps));
+        Plan { which, asked, standing, steps }
+    }
+
+    /// Lets a film flow to all times that it is asked for, and keeps what it is there.
+    fn follow(
+        &self,
+        plan: &mut Plan,
+        wanted: &[(FilmRun, f64)],
+        found: &mut [Option<Arc<FlowField>>],
+        (question, watch): (u64, &Watch),
+    ) -> Result<(), (usize, FlowError)> {
+        let run = &wanted[plan.asked[0]].0;
+        let standing = match &mut plan.standing {
+            Some(standing) => standing,
+            none => {
+                let film = Film::new(run.parameters().clone()).map_err(|error| (plan.asked[0], error.into()))?;
+                none.insert(Standing { film, steps: 0, before: None })
+            }
+        };
+        for &at in &plan.asked {
+            let time_s = wanted[at].1;
+            let field = Arc::new(standing.field(run, time_s, watch).map_err(|error| (at, error))?);
+            let bytes = size_of_val(field.map().thickness_nm());
+            let key = (plan.which.clone(), time_s.to_bits());
+            self.known().fields.insert(key, Kept { value: field.clone(), bytes, used: question });
+            found[at] = Some(field);
         }
+        Ok(())
     }
 
     /// A film where it stands now, so that another process can go on with it; `None` if it never flowed here.
@@ -246,6 +237,31 @@ impl Films {
 }
 
 impl Known {
+    /// Counts a question, finds the fields that are known, and sorts the others by film: one run passes through all its times.
+    fn ask(
+        &mut self,
+        wanted: &[(FilmRun, f64)],
+        found: &mut [Option<Arc<FlowField>>],
+    ) -> (u64, BTreeMap<Which, Vec<usize>>) {
+        self.questions += 1;
+        let question = self.questions;
+        let mut runs: BTreeMap<Which, Vec<usize>> = BTreeMap::new();
+        for (at, (film, time_s)) in wanted.iter().enumerate() {
+            let which = film.which();
+            match self.fields.get_mut(&(which.clone(), time_s.to_bits())) {
+                Some(kept) => {
+                    kept.used = question;
+                    found[at] = Some(kept.value.clone());
+                }
+                None => runs.entry(which.clone()).or_default().push(at),
+            }
+            if let Some(kept) = self.films.get_mut(&which) {
+                kept.used = question;
+            }
+        }
+        (question, runs)
+    }
+
     /// Drops what has not been used longest, until what is left of older questions fits.
     fn forget(&mut self, question: u64) {
         loop {

@@ -55,9 +55,6 @@ impl Parameters {
 
     /// Refuses what no film can be, and a grid that cannot hold it.
     pub fn check(&self) -> Result<(), ThicknessError> {
-        let wrong = |key: &'static str, allowed: String, given: &dyn Debug| {
-            Err(ThicknessError::new(key, allowed, format!("{given:?}")))
-        };
         for (key, value) in self.shape_numbers().into_iter().chain(self.numbers()) {
             if let Some(rule) = table::allowed(key).broken_by(value) {
                 return wrong(key, rule.into(), &value);
@@ -66,25 +63,38 @@ impl Parameters {
         if self.time_order != 1.0 && self.time_order != 2.0 {
             return wrong("time_order", "1 or 2".into(), &self.time_order);
         }
-        if let Shape::Sphere { rim_deg, .. } = self.shape
-            && !(20.0..=160.0).contains(&rim_deg)
-            && rim_deg != 180.0
-        {
-            return wrong("rim_deg", "180 for a whole sphere, else from 20 to 160".into(), &rim_deg);
+        if self.tolerance > 0.1 {
+            return wrong("tolerance", "at most 0.1".into(), &self.tolerance);
         }
+        self.check_shape()?;
+        self.check_grid()?;
+        self.check_film()?;
+        self.check_patches()
+    }
+
+    fn check_shape(&self) -> Result<(), ThicknessError> {
         match self.shape {
+            Shape::Sphere { rim_deg, .. } if !(20.0..=160.0).contains(&rim_deg) && rim_deg != 180.0 => {
+                wrong("rim_deg", "180 for a whole sphere, else from 20 to 160".into(), &rim_deg)
+            }
             Shape::Plane { .. } if self.tilt_deg > 90.0 => {
-                return wrong("tilt_deg", "from 0 (vertical) to 90 (level)".into(), &self.tilt_deg);
+                wrong("tilt_deg", "from 0 (vertical) to 90 (level)".into(), &self.tilt_deg)
             }
             Shape::Sphere { .. } if self.tilt_deg != 0.0 => {
-                return wrong("tilt_deg", "0 for a bubble, which has no frame".into(), &self.tilt_deg);
+                wrong("tilt_deg", "0 for a bubble, which has no frame".into(), &self.tilt_deg)
             }
             Shape::Sphere { .. } if self.bottom_meniscus_m != 0.0 => {
                 let allowed = "0 for a bubble, whose rim has meniscus_m";
-                return wrong("bottom_meniscus_m", allowed.into(), &self.bottom_meniscus_m);
+                wrong("bottom_meniscus_m", allowed.into(), &self.bottom_meniscus_m)
             }
-            _ => {}
+            Shape::Sphere { radius_m, rim_deg } if rim_deg == 180.0 && self.drop_m > radius_m / 2.0 => {
+                wrong("drop_m", format!("at most half the bubble's radius, {radius_m:?}"), &self.drop_m)
+            }
+            _ => Ok(()),
         }
+    }
+
+    fn check_grid(&self) -> Result<(), ThicknessError> {
         for (key, value, least) in [("columns", self.columns, 16), ("rows", self.rows, 8)] {
             if !(least..=16384).contains(&value) {
                 return wrong(key, format!("from {least} to 16384 cells"), &value);
@@ -98,9 +108,11 @@ impl Parameters {
         if !self.columns.is_multiple_of(2) {
             return wrong("columns", "even".into(), &self.columns);
         }
-        if !(0.0..1.0).contains(&self.patch_ratio) && self.regeneration > 0.0 {
-            return wrong("patch_ratio", "below 1".into(), &self.patch_ratio);
-        }
+        Ok(())
+    }
+
+    /// How thick it is at first, and where it turns black.
+    fn check_film(&self) -> Result<(), ThicknessError> {
         if self.noise > 0.35 {
             return wrong("noise", "at most 0.35 of the mean".into(), &self.noise);
         }
@@ -117,23 +129,18 @@ impl Parameters {
             let allowed = format!("0 or enough for black film below black_below_nm, {below_nm:?}");
             return wrong("salt_mol_m3", allowed, &format_args!("{:?}, which has {black_nm:.1} nm", self.salt));
         }
-        if self.tolerance > 0.1 {
-            return wrong("tolerance", "at most 0.1".into(), &self.tolerance);
+        Ok(())
+    }
+
+    fn check_patches(&self) -> Result<(), ThicknessError> {
+        if !(0.0..1.0).contains(&self.patch_ratio) && self.regeneration > 0.0 {
+            return wrong("patch_ratio", "below 1".into(), &self.patch_ratio);
         }
-        if let Shape::Sphere { radius_m, rim_deg } = self.shape
-            && rim_deg == 180.0
-            && self.drop_m > radius_m / 2.0
-        {
-            return wrong("drop_m", format!("at most half the bubble's radius, {radius_m:?}"), &self.drop_m);
-        }
-        if self.patches() {
-            let cell = self.cell_m();
-            if self.patch_m < 4.0 * cell {
-                let enough = (self.columns as f64 * 4.0 * cell / self.patch_m / 2.0).ceil() as usize * 2;
-                let allowed =
-                    format!("at least {enough}, so that a patch of {:?} m has 4 cells a radius", self.patch_m);
-                return wrong("columns", allowed, &self.columns);
-            }
+        let cell = self.cell_m();
+        if self.patches() && self.patch_m < 4.0 * cell {
+            let enough = (self.columns as f64 * 4.0 * cell / self.patch_m / 2.0).ceil() as usize * 2;
+            let allowed = format!("at least {enough}, so that a patch of {:?} m has 4 cells a radius", self.patch_m);
+            return wrong("columns", allowed, &self.columns);
         }
         Ok(())
     }
@@ -275,4 +282,9 @@ impl Parameters {
         }
         Ok(())
     }
+}
+
+/// The parameter `key` is not what is allowed.
+fn wrong(key: &'static str, allowed: String, given: &dyn Debug) -> Result<(), ThicknessError> {
+    Err(ThicknessError::new(key, allowed, format!("{given:?}")))
 }
