@@ -34,6 +34,7 @@ _BASIN = 9.0
 # After a step on the table a film has to be within this of what is allowed, before it is computed exactly.
 _SLACK = 1.0
 _STEPS, _LONGEST_NM = 4, 12.0
+_SIGMA = 0.01  # where nothing is said of it
 # A nm for slopes: colours of 5 nm sums are smooth far below it.
 _SLOPE_NM = 0.25
 # Films closer than this, or that no eye tells apart on the way from one to the other, are one.
@@ -69,7 +70,7 @@ def recipes(
     layers: Any = (1, 2),
     thickness_range_nm: Any = (5.0, 400.0),
     max_delta_e: float = 2.0,
-    sigma: float = 0.01,
+    sigma: float | None = None,
     sigma_nm: float | None = None,
     limit_delta_e: float = 2.0,
     count: int | None = 20,
@@ -90,7 +91,7 @@ def recipes(
     layers         numbers of layers, of 1, 2 and 3
     thickness_range_nm  of each layer, (low, high)
     max_delta_e    CIEDE2000 up to which a film counts as that colour
-    sigma          standard deviation of each layer's thickness when it is made, relative; ``sigma_nm`` instead: in nm
+    sigma, sigma_nm  standard deviation of each layer's thickness when it is made, relative or in nm; of neither: 0.01 of it
     limit_delta_e  CIEDE2000 up to which a made film is accepted: ``yield_`` is the share of normal draws that are
     count          at most so many, of best yield; None: all
     coupons        [(volt, nm), ...] or [(volt, (L, a, b)), ...] of your own anodised samples, at least two voltages:
@@ -477,10 +478,12 @@ def _counts(given: Any) -> list[int]:
 
 def _spread(sigma: Any, sigma_nm: Any) -> Callable[[Floats], Floats]:
     """Standard deviations of thicknesses."""
+    if sigma is not None and sigma_nm is not None:
+        raise refusal("sigma_nm", "left out beside sigma", Words("both"))
     if sigma_nm is not None:
         size = number("sigma_nm", sigma_nm, low=0.0, high=1e4)
         return lambda h: np.full_like(h, size)
-    share = number("sigma", sigma, low=0.0, high=1.0)
+    share = _SIGMA if sigma is None else number("sigma", sigma, low=0.0, high=1.0)
     return lambda h: share * h
 
 

@@ -118,6 +118,7 @@ def test_the_observer_and_light_of_the_target_are_those_of_the_films() -> None:
         ({"layers": (4,)}, "layers must be"),
         ({"thickness_range_nm": (400.0, 5.0)}, "thickness_range_nm must be"),
         ({"sigma": -0.1}, "sigma must be"),
+        ({"sigma": 0.01, "sigma_nm": 1.0}, "left out beside sigma, got both"),
         ({"max_delta_e": np.nan}, "max_delta_e must be"),
         ({"target": [np.nan, 0.0, 0.0]}, "target must be"),
         ({"target": [4500.0, 0.0, 0.0]}, "lightness"),

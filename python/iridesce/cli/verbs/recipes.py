@@ -32,7 +32,12 @@ def verb(
     max_delta_e: Annotated[
         float, typer.Option("--max-delta-e", help="CIEDE2000 up to which a film counts as the colour.")
     ] = 2.0,
-    sigma: Annotated[float, typer.Option(help="Standard deviation of each layer when made, relative.")] = 0.01,
+    sigma: Annotated[
+        float | None,
+        typer.Option(
+            help="Standard deviation of each layer when made, relative; 0.01 if not given.", show_default=False
+        ),
+    ] = None,
     sigma_nm: Annotated[float | None, typer.Option("--sigma-nm", help="The same in nm, instead.")] = None,
     limit_delta_e: Annotated[
         float, typer.Option("--limit-delta-e", help="CIEDE2000 up to which a made film is accepted.")
