@@ -15,6 +15,8 @@ const NOISE: f64 = 0.05;
 /// Greatest power that sums over wavelengths hold; tables beyond it are divided by their greatest value.
 const MOST_POWER: f64 = 1e100;
 
+/// What a column says that is named by a reflectance or a transmittance.
+const NO_LIGHT: &str = "says what becomes of light, and is no light";
 /// Parts of a column's name that say it holds no power per wavelength, and what is to be done.
 const OTHER_QUANTITIES: [(&[&str], &str); 6] = [
     (
@@ -29,7 +31,7 @@ const OTHER_QUANTITIES: [(&[&str], &str); 6] = [
     ),
     (
         &["transmit", "transmission", "reflect", "absorb", "absorption", "response", "efficiency"],
-        "says what becomes of light, and is no light",
+        NO_LIGHT,
     ),
     (
         &["lumen", "candela", "luminous", "luminance", "illuminance", "lux", "lm", "lx", "cd"],
@@ -41,6 +43,10 @@ const OTHER_QUANTITIES: [(&[&str], &str); 6] = [
 fn other_quantity(name: &str) -> Option<&'static str> {
     let name = name.to_lowercase();
     let words: Vec<&str> = name.split(|c: char| !c.is_alphanumeric()).collect();
+    // R, %R, T (%): a letter alone. (A is the CIE's lamp as well as an absorbance.)
+    if matches!(words.iter().filter(|word| !word.is_empty()).collect::<Vec<_>>()[..], [&"r"] | [&"t"]) {
+        return Some(NO_LIGHT);
+    }
     OTHER_QUANTITIES.iter().find_map(|(parts, meaning)| {
         let is_said = |part: &&str| match *part {
             // Short words stand alone: "db" is in "feedback" too.
@@ -143,6 +149,7 @@ mod tests {
             "\u{feff}nm;power\n# lamp\n400;1\n500;3 # peak\n\n600;0\n",
             "nm;power\n600;0,0\n500;3,0\n400;1,0\n",
             "um\tpower\n0.4\t1\n0.5\t3\n0.6\t0\n",
+            "nm,A\n400,1\n500,3\n600,0\n",
             "400,1\n500,3\n600,-0.01\n",
             "nm,feedback lamp W/m2/nm\n400,1\n500,3\n600,0\n",
             // Three places behind the point and a whole power are two numbers, and no thousands.
@@ -185,6 +192,8 @@ mod tests {
             ("nm,illuminance (lux)\n400,1\n500,2", "weighted by what an eye sees"),
             ("eV,W/m2/eV\n2,1\n3,2", "per energy or frequency"),
             ("nm,Transmittance\n400,1\n500,2", "no light"),
+            ("nm,R\n400,1\n500,2", "no light"),
+            ("nm,%T\n400,1\n500,2", "no light"),
             ("f [THz],power\n400,1\n500,2", "\"thz\""),
         ] {
             let message = read(text).unwrap_err();
