@@ -47,7 +47,7 @@ MAY_USE: dict[str, set[str]] = {
 MODULE_ORDER: dict[str, list[str]] = {
     "optics": ["error", "spectrum", "medium", "incidence", "fresnel", "mueller", "film", "stack", "coherence", "color"],
     "inverse": [
-        *("error", "cholesky", "response", "evidence"),
+        *("error", "cholesky", "tridiagonal", "response", "evidence"),
         *("pixels", "lines", "exposure", "neighbours", "regions", "photograph"),
     ],
 }

@@ -16,12 +16,16 @@
 //! ```
 //!
 //! The term sum log C_jj is what a chi-square lacks: explanations of different freedom stand on one scale.
+//!
+//! All columns of A grow with g: explanations that differ in g and kappa alone have M = 1 + (g / kappa)^2 K with one K, which is
+//! made tridiagonal once for all of them.
 
 use fearless_simd::dispatch;
 use iridesce_numerics::{Watch, simd};
 use rayon::prelude::*;
 
 use crate::cholesky::{backward, dots, factor, forward};
+use crate::tridiagonal::Tridiagonal;
 use crate::{InverseError, SmoothCurves};
 
 /// A measured curve.
@@ -147,14 +151,26 @@ fn system(products: &Products, q: usize, of: &Nuisance) -> System {
 }
 
 #[inline(always)]
-fn log_evidence(products: &Products, q: usize, of: &Nuisance, square: f64, log_sd: f64, count: usize) -> f64 {
+fn log_evidence(products: &Products, q: usize, of: &Nuisance, sums: (f64, f64), count: usize) -> f64 {
     let mut system = system(products, q, of);
     factor(&mut system.matrix, system.size);
     forward(&system.matrix, system.size, &mut system.right);
-    let weight = 1.0 / (of.kappa * of.kappa);
-    let left = square - 2.0 * of.gain * products.sides[0][0] + of.gain * of.gain * products.squares[0][0];
     let explained: f64 = system.right.iter().map(|z| z * z).sum();
     let volume: f64 = (0..system.size).map(|j| system.matrix[j * system.size + j].ln()).sum();
+    log_density(products, of, (explained, volume), sums, count)
+}
+
+/// log E from z.z and sum log C_jj, and from the sums of (y / s)^2 and log s.
+#[inline(always)]
+fn log_density(
+    products: &Products,
+    of: &Nuisance,
+    (explained, volume): (f64, f64),
+    (square, log_sd): (f64, f64),
+    count: usize,
+) -> f64 {
+    let weight = 1.0 / (of.kappa * of.kappa);
+    let left = square - 2.0 * of.gain * products.sides[0][0] + of.gain * of.gain * products.squares[0][0];
     let count = count as f64;
     -0.5 * (weight * left - explained).max(0.0)
         - volume
@@ -163,25 +179,78 @@ fn log_evidence(products: &Products, q: usize, of: &Nuisance, square: f64, log_s
         - 0.5 * count * (2.0 * std::f64::consts::PI).ln()
 }
 
+/// Fewer explanations than this are quicker with a factor of each.
+const LEAST_SHARED: usize = 6;
+/// Beyond this a factor of each loses less to rounding: 1e-16 times this many is far below a unit of the logarithm.
+const LARGEST_SHARED: f64 = 1e10;
+
+/// Nuisances that differ in gain and noise alone.
+struct Shared {
+    /// The nuisance of gain 1 and kappa 1.
+    of: Nuisance,
+    places: Vec<usize>,
+}
+
+/// Groups of all nuisances, in the order of their first.
+fn shared(nuisances: &[Nuisance]) -> Vec<Shared> {
+    let mut groups: Vec<Shared> = Vec::new();
+    for (place, one) in nuisances.iter().enumerate() {
+        let of = Nuisance { gain: 1.0, kappa: 1.0, ..*one };
+        match groups.iter_mut().find(|group| group.of == of) {
+            Some(group) => group.places.push(place),
+            None => groups.push(Shared { of, places: vec![place] }),
+        }
+    }
+    groups
+}
+
+/// What is left of a spectrum's numbers once a group has made its K tridiagonal.
+#[inline(always)]
+fn tridiagonal(products: &Products, q: usize, of: &Nuisance) -> Tridiagonal<2> {
+    let System { size, mut matrix, columns, .. } = system(products, q, of);
+    (0..size).for_each(|i| matrix[i * size + i] -= 1.0);
+    // The columns against the data, and against the mean response.
+    let [film, mixed, _] = &products.squares;
+    let measured = columns.iter().map(|&(scale, stray, a)| scale * products.sides[usize::from(stray)][a]).collect();
+    let mean = columns.iter().map(|&(scale, stray, a)| scale * if stray { mixed } else { film }[a * q]).collect();
+    Tridiagonal::new(&mut matrix, size, [measured, mean])
+}
+
 /// One spectrum under all nuisances.
 #[inline(always)]
 fn row(
     of: Measured<'_>,
     spectrum: &[f64],
     curves: &[SmoothCurves],
-    nuisances: &[Nuisance],
+    (nuisances, groups): (&[Nuisance], &[Shared]),
     (square, log_sd): (f64, f64),
     out: &mut [f64],
 ) {
     let mut made: Vec<Option<Products>> = (0..curves.len()).map(|_| None).collect();
-    for (value, nuisance) in out.iter_mut().zip(nuisances) {
-        let curve = &curves[nuisance.curves];
+    let count = of.values.len();
+    for group in groups {
+        let curve = &curves[group.of.curves];
         // (A closure would be compiled for any processor.)
-        if made[nuisance.curves].is_none() {
-            made[nuisance.curves] = Some(products(curve, spectrum, of));
+        if made[group.of.curves].is_none() {
+            made[group.of.curves] = Some(products(curve, spectrum, of));
         }
-        let products = made[nuisance.curves].as_ref().expect("made above");
-        *value = log_evidence(products, curve.columns(), nuisance, square, log_sd, of.values.len());
+        let products = made[group.of.curves].as_ref().expect("made above");
+        let q = curve.columns();
+        let walk = if group.places.len() < LEAST_SHARED { None } else { Some(tridiagonal(products, q, &group.of)) };
+        let bound = walk.as_ref().map_or(f64::INFINITY, Tridiagonal::bound);
+        for &place in &group.places {
+            let one = &nuisances[place];
+            let weight = 1.0 / (one.kappa * one.kappa);
+            let growth = one.gain * one.gain * weight;
+            out[place] = match &walk {
+                Some(walk) if growth * bound < LARGEST_SHARED => {
+                    let part = one.gain * weight;
+                    let (volume, explained) = walk.solved(growth, [part, -part * one.gain]);
+                    log_density(products, one, (explained, 0.5 * volume), (square, log_sd), count)
+                }
+                _ => log_evidence(products, q, one, (square, log_sd), count),
+            };
+        }
     }
 }
 
@@ -233,11 +302,12 @@ pub fn log_evidences(
     let square: f64 = of.values.iter().zip(of.sd).map(|(y, s)| (y / s) * (y / s)).sum();
     let log_sd: f64 = of.sd.iter().map(|s| s.ln()).sum();
     let level = simd::level_or_best();
+    let groups = shared(nuisances);
     let mut out = vec![0.0; spectra.len() / count * nuisances.len()];
     out.par_chunks_exact_mut(nuisances.len().max(1)).zip(spectra.par_chunks_exact(count)).try_for_each(
         |(out, spectrum)| {
             watch.check()?;
-            dispatch!(level, _simd => row(of, spectrum, curves, nuisances, (square, log_sd), out));
+            dispatch!(level, _simd => row(of, spectrum, curves, (nuisances, &groups), (square, log_sd), out));
             watch.add(1);
             Ok::<(), InverseError>(())
         },
@@ -318,6 +388,33 @@ mod tests {
             let got = log_evidences(of, &spectrum, &curves, &[nuisance], &Watch::new()).unwrap()[0];
             let wanted = whole(of, &spectrum, &nm, length, &nuisance);
             assert!((got - wanted).abs() < 2e-3, "{length} {bend}: {got} {wanted}");
+        }
+    }
+
+    #[test]
+    fn explanations_that_share_a_walk_are_as_likely_as_each_alone() {
+        let nm: Vec<f64> = (0..160).map(|i| 450.0 + 2.5 * f64::from(i)).collect();
+        let spectrum: Vec<f64> = nm.iter().map(|l| 0.2 + 0.15 * (40_000.0 / l).cos()).collect();
+        let values: Vec<f64> =
+            nm.iter().zip(&spectrum).map(|(l, r)| 1.1 * r * (1.0 + 0.1 * (l / 40.0).sin()) + 0.01).collect();
+        // From plain noise to exact data, which no walk may spoil.
+        for noise in [3e-2, 1e-3, 1e-6] {
+            let sd = vec![noise; nm.len()];
+            let of = Measured { values: &values, sd: &sd };
+            let curves = [SmoothCurves::new(&nm, 50.0).unwrap(), SmoothCurves::new(&nm, 20.0).unwrap()];
+            let mut nuisances = Vec::new();
+            for (curves, bend, drift) in [(0, 0.3, 0.3), (1, 0.05, 0.5), (0, 0.0, 0.0)] {
+                for gain in [0.3, 1.0, 3.0] {
+                    for kappa in [1.0, 3.0, 10.0] {
+                        nuisances.push(Nuisance { curves, gain, level: 0.3, bend, stray: 0.05, kappa, drift });
+                    }
+                }
+            }
+            let together = log_evidences(of, &spectrum, &curves, &nuisances, &Watch::new()).unwrap();
+            for (one, got) in nuisances.iter().zip(together) {
+                let wanted = log_evidences(of, &spectrum, &curves, &[*one], &Watch::new()).unwrap()[0];
+                assert!((got - wanted).abs() < 1e-4 + 1e-9 * wanted.abs(), "{noise} {one:?}: {got} {wanted}");
+            }
         }
     }
 

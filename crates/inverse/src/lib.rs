@@ -4,7 +4,7 @@
 //! unknowns that enter linearly (gain, lamp, stray light) are integrated out in closed form instead of fitted. The answers
 //! are probabilities of explanations, no film among them.
 //!
-//! The modules depend on one another in one direction only: `error -> cholesky -> response -> evidence` for spectra,
+//! The modules depend on one another in one direction only: `error -> cholesky -> tridiagonal -> response -> evidence` for spectra,
 //! `error -> pixels -> lines -> exposure -> neighbours -> regions -> photograph` for pictures.
 
 mod cholesky;
@@ -17,6 +17,7 @@ mod photograph;
 mod pixels;
 mod regions;
 mod response;
+mod tridiagonal;
 
 pub use error::InverseError;
 pub use evidence::{Explained, Measured, Nuisance, explain, log_evidences};
