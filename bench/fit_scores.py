@@ -52,7 +52,9 @@ def one(task: tuple[str, int, float, float, float]) -> tuple[float, float, bool,
     measured = gain * (clean + noise + random.uniform(0.0, 0.02))
     started = time.perf_counter()
     probability = PROBABILITIES[seed % 2]
-    result: Any = ir.fit_thickness(wavelength_nm, measured, text, probability=probability)
+    # The film's index and the wavelengths are the ones that the fit is told.
+    exact = {"index_tolerance": 0.0, "wavelength_tolerance_nm": 0.0}
+    result: Any = ir.fit_thickness(wavelength_nm, measured, text, probability=probability, **exact)
     seconds = time.perf_counter() - started
     n = float(np.real(stack.layers[0].medium.index(0.5 * (first + last))))
     error = abs(result.best.thickness_nm - thickness_nm)

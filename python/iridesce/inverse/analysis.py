@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -30,8 +31,6 @@ from iridesce.inverse.posterior import (
     Measured,
     climb,
     log_sum,
-    moved_by_index,
-    near_index,
     prior_density,
     temper,
     together,
@@ -40,6 +39,7 @@ from iridesce.inverse.remarks import Known, remarks
 from iridesce.inverse.results import FitResult, Solution, apart, order_share
 from iridesce.inverse.search import round_trip_rate, starts
 from iridesce.inverse.solve import Data, Fitted, Solver, student
+from iridesce.inverse.tolerances import Tolerances, by_index_off
 from iridesce.optics.averages import FWHM
 
 # Explanations whose probability is below this share of the best one's are not listed.
@@ -97,7 +97,7 @@ class Analysis:
         # Only where one thickness is all that is unknown does its posterior have one axis.
         self.single = self.unknown == 1 and problem.index_count == 0
 
-    def result(self, pliable: bool, probability: float, tolerance: float | None) -> FitResult:
+    def result(self, pliable: bool, probability: float, tolerances: Tolerances) -> FitResult:
         found = self._minima(pliable)
         engine = Engine(self._measured(found), self.light)
         rated = self._rated(engine, found)
@@ -118,8 +118,8 @@ class Analysis:
             self.notes.append("what is left hangs together along the spectrum; the intervals are widened for it")
         top = rated[0].log_evidence if rated else 0.0
         near = [one for one in rated[:_MOST_PEAKS] if one.log_evidence > top - _LOOK]
-        solved = [self._solution(engine, one, probability, tolerance) for one in near]
-        return self._answer(engine, solved, probability, tolerance)
+        solved = [self._solution(engine, one, probability, tolerances) for one in near]
+        return self._answer(engine, solved, probability, tolerances)
 
     # --- minima
 
@@ -257,11 +257,11 @@ class Analysis:
         return np.asarray(films.rows[int(engine.log_evidences(spectrum, films)[0].argmax())])
 
     def _solution(
-        self, engine: Engine, one: _Found, probability: float, tolerance: float | None
+        self, engine: Engine, one: _Found, probability: float, tolerances: Tolerances
     ) -> tuple[Solution, float, bool]:
         """A solution, the logarithm of its mass, and whether it is an end of what was searched."""
         if not self.single:
-            return self._laplace(engine, one, probability, tolerance or 0.0)
+            return self._laplace(engine, one, probability, tolerances)
         start = one.fitted.parameters
         rate = float(round_trip_rate(self.problem, self.data.wavelength_nm, 0).max())
         bounds = (float(self.bounds[0, 0]), float(self.bounds[0, 1]))
@@ -284,15 +284,22 @@ class Analysis:
                 spectrum if start[-1] > 0.0 else spectrum + by * by_index(self.problem, self.data.wavelength_nm, same)
             )
 
-        moved = moved_by_index(engine, off, peak, tolerance or 0.0, bounds)
-        per_percent = 0.01 * moved / tolerance if tolerance else near_index(engine, off, peak, 0.01, 0.02 / rate)
-        thickness, wide = peak.thickness_nm, student(probability, 1e6) * moved
+        thickness = peak.thickness_nm
+        turns = float(np.ptp(round_trip_rate(self.problem, self.data.wavelength_nm, 0))) / (2.0 * math.pi)
+        thin = thickness * turns < _FRINGES_OF_A_LAMP
+        moved, per_percent = by_index_off(engine, off, peak, tolerances.index, bounds if thin else None, 0.02 / rate)
+        moved = math.hypot(moved, thickness * tolerances.of_wavelengths(self.problem, self.data.wavelength_nm, 0))
+        wide = student(probability, 1e6) * moved
         interval = (max(thickness - math.hypot(low, wide), 0.0), thickness + math.hypot(high, wide))
-        sd = math.hypot(peak.sd_nm, moved)
-        parameters = np.array([peak.thickness_nm, *start[1:]])
-        told = self._told(engine, model, parameters, peak.best, thickness, interval, sd, {})
+        parameters = np.array([thickness, *start[1:]])
+        told = self._told(engine, model, parameters, peak.best, thickness, interval, math.hypot(peak.sd_nm, moved), {})
         return (
-            replace(told, nm_per_percent_of_index=per_percent),
+            replace(
+                told,
+                nm_per_percent_of_index=per_percent,
+                precision_nm=peak.sd_nm,
+                precision_interval_nm=(max(thickness + low, 0.0), thickness + high),
+            ),
             peak.log_mass,
             peak.at_end,
         )
@@ -307,7 +314,7 @@ class Analysis:
         return [(model, fitted.parameters)] if abs(fitted.parameters[0] - start[0]) < 3.0 else []
 
     def _laplace(
-        self, engine: Engine, one: _Found, probability: float, tolerance: float
+        self, engine: Engine, one: _Found, probability: float, tolerances: Tolerances
     ) -> tuple[Solution, float, bool]:
         """Several unknowns: the mass of a normal peak, intervals from profiles of the misfit."""
         fitted, search = one.fitted, one.search
@@ -336,12 +343,15 @@ class Analysis:
         mass += math.log(2.0) * (axes - self.unknown)
         deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         reach = student(probability, freedom)
-        intervals = []
-        for place, value in enumerate(thickness):
+        shared = tolerances.of_layers(self.problem, self.data.wavelength_nm, (solver, fitted, free))
+        intervals, precise = [], []
+        for place, (value, sd) in enumerate(zip(thickness, shared, strict=True)):
             low, high = solver.interval(fitted, free, place, float(reach * deviation[place]), reach**2 * unit_variance)
-            wide = reach * tolerance * value
+            wide = reach * sd
+            precise.append((low, high))
             intervals.append((max(value - math.hypot(value - low, wide), 0.0), value + math.hypot(high - value, wide)))
-        deviations = tuple(math.hypot(float(d), tolerance * h) for d, h in zip(deviation, thickness, strict=False))
+        precisions = tuple(float(one) for one in deviation[: self.unknown])
+        deviations = tuple(math.hypot(one, sd) for one, sd in zip(precisions, shared, strict=True))
         index: dict[int, dict[str, float]] = {}
         at = self.unknown
         for place, model in zip(self.problem.unknown, self.problem.index, strict=True):
@@ -357,16 +367,12 @@ class Analysis:
             for value, (low, high) in zip(thickness, self.bounds, strict=True)
         )
         best = films.rows[int(logs.argmax())]
-        lone = self.unknown == 1
-        told = self._told(
-            engine,
-            self.model,
-            fitted.parameters,
-            best,
-            thickness[0] if lone else tuple(thickness),
-            intervals[0] if lone else tuple(intervals),
-            deviations[0] if lone else deviations,
-            index,
+        several: Callable[[Any], Any] = (lambda values: values[0]) if self.unknown == 1 else tuple
+        shown = several(thickness), several(intervals), several(deviations)
+        told = replace(
+            self._told(engine, self.model, fitted.parameters, best, *shown, index),
+            precision_nm=several(precisions),
+            precision_interval_nm=several(precise),
         )
         return told, mass, at_end
 
@@ -417,7 +423,7 @@ class Analysis:
         engine: Engine,
         solved: list[tuple[Solution, float, bool]],
         probability: float,
-        tolerance: float | None,
+        tolerances: Tolerances,
     ) -> FitResult:
         bare = []
         if self.unknown == 1:
@@ -447,7 +453,7 @@ class Analysis:
         rest = float(shares[2:].sum()) - sum(one.weight for one in solutions)
         verdict = self._verdict(solutions, float(shares[0]), float(shares[1]), solved)
         known = Known(self.light, self.bounds, self.line, [place + 1 for place in self.problem.unknown], self.single)
-        self.notes.extend(remarks(known, self.data.measured, solutions, verdict, tolerance))
+        self.notes.extend(remarks(known, self.data.measured, solutions, verdict, tolerances))
         noise = float(1.0 / np.sqrt(np.mean(1.0 / engine.of.sd**2)))
         return FitResult(
             solutions,

@@ -42,6 +42,7 @@ from iridesce.inverse.posterior import (
 )
 from iridesce.inverse.results import FitResult, Solution, scaled
 from iridesce.inverse.solve import Data
+from iridesce.inverse.tolerances import Tolerances, read_tolerances
 from iridesce.optics.averages import FWHM
 
 __all__ = ["FitResult", "Measurement", "Solution", "Spectrum", "fit_thickness", "read_spectrum"]
@@ -79,6 +80,7 @@ def fit_thickness(
     reference: npt.ArrayLike | None = None,
     reference_stack: Any = None,
     index_tolerance: float | None = None,
+    wavelength_tolerance_nm: float | None = None,
     angle_tolerance_deg: float = 0.0,
 ) -> FitResult:
     """Unknown film thicknesses from a reflectance or transmittance spectrum: every plausible solution and its probability.
@@ -114,8 +116,9 @@ def fit_thickness(
                    then (measured - dark) / (reference - dark) times its reflectance or transmittance, the gain 1 within a few
                    per cent unless ``gain`` says otherwise, and channels without light are dropped             (n,)
     reference_stack  a `Stack` or text, "air / Si"; None: a perfect mirror (a free path, for transmittance)
-    index_tolerance  standard deviation of the film's index, relative: it widens the intervals by what the film moves with it.
-                   None: nothing is known of it; intervals are those of an exact index, and a note says what 1 % of it moves
+    index_tolerance  standard deviation of the film's index, relative: intervals hold what the film moves with it, which no
+                   misfit shows. None: 0.01, and a note says so; 0: the index is exact. Of an index that is fitted it is not used
+    wavelength_tolerance_nm  standard deviation of the spectrometer's wavelengths, all off alike: intervals hold it. None: 0.3
     measurements   several `Measurement` of one film instead of wavelength_nm and measured: they share thicknesses, index
                    ("constant" at most) and an error of the angle; gain, baseline, noise, angle are those of each. Instruments'
                    lines are taken as points, thicknesses looked for up to 10 000 nm (several unknowns: 1 000)
@@ -134,7 +137,7 @@ def fit_thickness(
     >>> len(found), round(found[0].thickness_nm, 1), round(found[0].resolution_nm, 1)
     (1, 1234.5, 3.0)
     """
-    tolerance = None if index_tolerance is None else number("index_tolerance", index_tolerance, low=0.0, high=1.0)
+    tolerances = read_tolerances(index_tolerance, wavelength_tolerance_nm)
     angle_tolerance = number("angle_tolerance_deg", angle_tolerance_deg, low=0.0, high=20.0)
     if not 0.0 < number("probability", probability, low=0.0, high=1.0) < 1.0:
         raise refusal("probability", "> 0 and < 1", probability)
@@ -162,7 +165,7 @@ def fit_thickness(
                 Words("both"),
             )
         return _together(
-            measurements, stack, layer, index, thickness_range_nm, tolerance or 0.0, angle_tolerance, float(probability)
+            measurements, stack, layer, index, thickness_range_nm, tolerances, angle_tolerance, float(probability)
         )
     if wavelength_nm is None or measured is None:
         raise complaint(
@@ -227,7 +230,7 @@ def fit_thickness(
     bounds = _bounds(thickness_range_nm, problem, nm, notes)
     pliable = baseline == "auto" and nm.size >= 4 * (parameters + 4)
     fit = Analysis(problem, Data(nm, values, weight, fixed_gain, bend, terms), sd, light, line, bounds, notes)
-    return scaled(fit.result(pliable, probability, tolerance), scale)
+    return scaled(fit.result(pliable, probability, tolerances), scale)
 
 
 _THICKEST_TOGETHER_NM, _THICKEST_OF_SEVERAL_TOGETHER_NM = 10_000.0, 1_000.0
@@ -239,7 +242,7 @@ def _together(
     layer: Any,
     index: Any,
     thickness_range_nm: Any,
-    tolerance: float,
+    tolerances: Tolerances,
     angle_tolerance_deg: float,
     probability: float,
 ) -> FitResult:
@@ -267,7 +270,7 @@ def _together(
         notes.append(f"thicknesses were looked for from {_THINNEST_NM:g} to {high:g} nm; thickness_range_nm= says else")
     longest = max((one.cleaned()[0] for one in listed), key=lambda one: one.size / np.ptp(one))
     bounds = _bounds(given, problem, longest, notes)
-    return joint(problem, listed, bounds, tolerance, angle_tolerance_deg, probability, notes)
+    return joint(problem, listed, bounds, tolerances, angle_tolerance_deg, probability, notes)
 
 
 def _bounds(given: Any, problem: Problem, nm: Floats, notes: list[str]) -> Floats:

@@ -23,6 +23,7 @@ from iridesce.inverse.posterior import PRIOR_FILM, PRIOR_NONE, PRIOR_OTHER, log_
 from iridesce.inverse.results import FitResult, Solution
 from iridesce.inverse.search import round_trip_rate
 from iridesce.inverse.solve import student
+from iridesce.inverse.tolerances import Tolerances
 from iridesce.optics.medium import Medium
 from iridesce.stack import Layer, Stack
 
@@ -35,6 +36,8 @@ _PASS = 512
 # An index to be fitted is anywhere within this, sd.
 _FREE_INDEX = 0.3
 _LEAST_LIKELY = 1e-4
+# Films less likely than this are taken to move with their index as fringes do.
+_LOOKED_AT = 0.01
 _CLEAR = 0.95
 _FRINGES_OF_A_LAMP = 1.5
 
@@ -68,17 +71,18 @@ class Joint:
         problem: Problem,
         measurements: Sequence[Measurement],
         bounds: Floats,
-        index_tolerance: float,
+        tolerances: Tolerances,
         angle_tolerance_deg: float,
         notes: list[str],
     ) -> None:
         self.problem, self.measurements, self.bounds, self.notes = problem, measurements, bounds, notes
         self.unknown = len(problem.unknown)
+        self.tolerances = tolerances
         places, sds = [], []
         for which, model in enumerate(problem.index):
-            if model is not None or index_tolerance > 0.0:
+            if model is not None or (tolerances.stated and tolerances.index > 0.0):
                 places.append(which)
-                sds.append(_FREE_INDEX if model is not None else index_tolerance * self._n(which))
+                sds.append(_FREE_INDEX if model is not None else tolerances.index * self._n(which))
         self.axes = _Axes(tuple(places), tuple(sds), angle_tolerance_deg)
         self.grid_nm = np.unique(np.concatenate([one.cleaned()[0] for one in measurements]))
         self.indices = [
@@ -110,10 +114,7 @@ class Joint:
         for which, (place, value) in enumerate(zip(self.problem.unknown, thickness, strict=True)):
             medium = layers[place].medium
             if which in self.axes.index and shifts[self.axes.index.index(which)] != 0.0:
-                index = self.indices[which] + shifts[self.axes.index.index(which)]
-                rows = zip(self.grid_nm, index.real, index.imag, strict=True)
-                lines = "\n".join(f"{nm:.17g},{n:.17g},{k:.17g}" for nm, n, k in rows)
-                medium = Medium._from_text(f"nm,n,k\n{lines}\n", medium.name)
+                medium = self._medium(medium.name, self.indices[which] + shifts[self.axes.index.index(which)])
             layers[place] = Layer(medium, value, layers[place].coherent)
         return Stack([self.problem.stack.first, *layers, self.problem.stack.last])
 
@@ -337,9 +338,14 @@ class Joint:
         sd = np.sqrt(np.diag(peak.covariance))
         reach = student(probability, 1e6)
         thickness = [float(one) for one in peak.x[: self.unknown]]
-        intervals = [
-            (float(max(h - reach * s, 0.0)), float(h + reach * s)) for h, s in zip(thickness, sd, strict=False)
-        ]
+        moved = self._moved_by_index(peak, weight)
+        by_nm = [self.tolerances.of_wavelengths(self.problem, self.grid_nm, which) for which in range(self.unknown)]
+        whole = [math.hypot(*three) for three in zip(sd.tolist(), moved, np.multiply(thickness, by_nm), strict=False)]
+        precision = self._precision(peak)
+        intervals, precise = (
+            [(max(h - reach * s, 0.0), h + reach * s) for h, s in zip(thickness, sds, strict=True)]
+            for sds in (whole, precision)
+        )
         index = {}
         for place, which in enumerate(self.axes.index):
             shift, shift_sd = float(peak.x[self.unknown + place]), float(sd[self.unknown + place])
@@ -356,7 +362,7 @@ class Joint:
         return Solution(
             thickness[0] if lone else tuple(thickness),
             intervals[0] if lone else tuple(intervals),
-            float(sd[0]) if lone else tuple(float(one) for one in sd[: self.unknown]),
+            whole[0] if lone else tuple(whole),
             float(np.sqrt(np.mean(np.concatenate(left) ** 2))),
             float(np.mean(chi2)),
             weight,
@@ -370,7 +376,47 @@ class Joint:
             measured - np.concatenate(left) if measured.size == fitted.size else fitted,
             max(block.kappa for block in self.blocks),
             float(peak.x[-1]) if self.axes.angle_sd > 0.0 else 0.0,
+            precision_nm=precision[0] if lone else tuple(precision),
+            precision_interval_nm=precise[0] if lone else tuple(precise),
         )
+
+    def _moved_by_index(self, peak: _Peak, weight: float) -> list[float]:
+        """Standard deviation of each thickness by indices of which nothing was said: what the films move where one is off."""
+        squares = np.zeros(self.unknown)
+        by, problem = self.tolerances.index, self.problem
+        if self.tolerances.stated:
+            return [0.0] * self.unknown
+        for which, place in enumerate(problem.unknown):
+            if problem.index[which] is not None:
+                continue
+            if weight < _LOOKED_AT:
+                squares[which] += (by * peak.x[which]) ** 2
+                continue
+            layers = list(problem.stack.layers)
+            medium = self._medium(layers[place].medium.name, self.indices[which] * (1.0 + by))
+            layers[place] = Layer(medium, layers[place].thickness_nm, layers[place].coherent)
+            self.problem = replace(problem, stack=Stack([problem.stack.first, *layers, problem.stack.last]))
+            # Many of its own widths away: along the ridge of n h first.
+            start = peak.x.copy()
+            start[which] /= 1.0 + by
+            squares += (self._climb(self._nearer(start)[0]).x - peak.x)[: self.unknown] ** 2
+            self.problem = problem
+        self._fix(peak.x)
+        return [float(one) for one in np.sqrt(squares)]
+
+    def _medium(self, name: str, index: Any) -> Medium:
+        rows = zip(self.grid_nm, index.real, index.imag, strict=True)
+        lines = "\n".join(f"{nm:.17g},{n:.17g},{k:.17g}" for nm, n, k in rows)
+        return Medium._from_text(f"nm,n,k\n{lines}\n", name)
+
+    def _precision(self, peak: _Peak) -> list[float]:
+        """Standard deviations of the thicknesses where all that has a tolerance is as found: films measured alike share it."""
+        fitted = [
+            self.unknown + place for place, which in enumerate(self.axes.index) if self.problem.index[which] is not None
+        ]
+        free = [*range(self.unknown), *fitted]
+        held = np.linalg.pinv(np.linalg.pinv(peak.covariance, hermitian=True)[np.ix_(free, free)], hermitian=True)
+        return [float(one) for one in np.sqrt(np.maximum(np.diag(held)[: self.unknown], 0.0))]
 
     def _verdict(self, solutions: tuple[Solution, ...], peaks: list[_Peak], none: float, other: float) -> str:
         if none > 0.5 or not solutions:
@@ -423,11 +469,11 @@ def joint(
     problem: Problem,
     measurements: Sequence[Measurement],
     bounds: Floats,
-    index_tolerance: float,
+    tolerances: Tolerances,
     angle_tolerance_deg: float,
     probability: float,
     notes: list[str],
 ) -> FitResult:
     """The answer of all measurements together."""
-    found = Joint(problem, measurements, bounds, index_tolerance, angle_tolerance_deg, notes).result(probability)
+    found = Joint(problem, measurements, bounds, tolerances, angle_tolerance_deg, notes).result(probability)
     return replace(found, notes=tuple(dict.fromkeys(found.notes)))

@@ -7,6 +7,7 @@ the spectrum and its analytic derivatives. Gain and baseline are linear and belo
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -218,12 +219,20 @@ def uneven(of: Harmonics, wavelength_nm: Floats) -> Harmonics:
 
 def by_index(problem: Problem, wavelength_nm: Floats, thickness_nm: float) -> Floats:
     """How R or T of a film changes with its index n times h held: n dR/dn - h dR/dh, for a relative change of n."""
-    stack, place = problem.stack, problem.unknown[0]
+    index, thickness = relative_slopes(problem, wavelength_nm, [thickness_nm], 0)
+    return index - thickness
+
+
+def relative_slopes(
+    problem: Problem, wavelength_nm: Floats, thickness_nm: Sequence[float], which: int
+) -> tuple[Floats, Floats]:
+    """How R or T changes with index and thickness of an unknown layer, each for a relative change: n dR/dn, h dR/dh."""
+    stack, place = problem.stack, problem.unknown[which]
     layers = len(stack.layers)
     held = [np.asarray(medium.index(wavelength_nm, extrapolate="hold")) for medium in stack.media]
     indices = np.stack([np.broadcast_to(one, wavelength_nm.shape).astype(np.complex128) for one in held], axis=1)
     thickness = np.array([float(layer.thickness_nm) for layer in stack.layers])
-    thickness[place] = thickness_nm
+    thickness[list(problem.unknown)] = thickness_nm
     values, rows = np.empty((wavelength_nm.size, 1)), np.empty((wavelength_nm.size, 3 * layers + 3))
     _core.stack_derivatives(
         problem.quantity,
@@ -236,7 +245,7 @@ def by_index(problem: Problem, wavelength_nm: Floats, thickness_nm: float) -> Fl
         values,
         rows,
     )
-    return np.asarray(indices[:, place + 1].real * rows[:, layers + 1 + place] - thickness_nm * rows[:, place])
+    return indices[:, place + 1].real * rows[:, layers + 1 + place], thickness_nm[which] * rows[:, place]
 
 
 # Wavelengths are moved by this much, nm, for changes with wavelength: about a line's width, so that the kinks of a table of

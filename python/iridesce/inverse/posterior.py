@@ -278,6 +278,11 @@ class Engine:
         return log_sum(np.array(found)) - math.log(len(found)), rest
 
 
+def only(row: Floats) -> Explanations:
+    """One explanation alone."""
+    return _even([tuple(row)])
+
+
 def _even(rows: Sequence[tuple[float, ...]]) -> Explanations:
     return Explanations(np.array(rows), np.full(len(rows), -math.log(len(rows))))
 
@@ -427,57 +432,3 @@ def _cubic(x: Floats, y: Floats, at: Floats) -> Floats:
     return np.asarray(
         a * (1 + 2 * t) * (1 - t) ** 2 + c * t * (1 - t) ** 2 + b * t * t * (3 - 2 * t) + d * t * t * (t - 1)
     )
-
-
-# No film moves by more than this many times the share that its index is off by: 20 nm of soap by 5.
-_STEEPEST = 10.0
-
-
-def moved_by_index(
-    engine: Engine,
-    off: Callable[[float, float], Floats],
-    peak: Peak,
-    tolerance: float,
-    bounds: tuple[float, float],
-) -> float:
-    """How far the thickness moves with the index, from peaks at minus and plus one standard deviation of it, nm.
-
-    Fringes show n h, and a thin film shows how large n is besides: 1 % of the index of soap is 5 % of a film of 20 nm. What the
-    contrast of the fringes says of the index is not used: stray light and the lamp change it, too.
-
-    off       the spectrum of a thickness whose index is off by a share
-    """
-    if tolerance <= 0.0:
-        return 0.0
-    step = max(peak.sd_nm, 1e-6)
-    below, above = (
-        climb(engine, lambda h, by=by: off(h, by), peak.thickness_nm / (1.0 + by), step, bounds)  # type: ignore[misc]
-        for by in (-tolerance, tolerance)
-    )
-    least = tolerance * peak.thickness_nm
-    return min(max(0.5 * abs(above.thickness_nm - below.thickness_nm), least), _STEEPEST * least)
-
-
-def near_index(
-    engine: Engine, off: Callable[[float, float], Floats], peak: Peak, share: float, step_nm: float
-) -> float:
-    """`moved_by_index` for an index that is off by a share, under the likeliest explanation alone: to say it in words."""
-    best = _even([tuple(peak.best)])
-    tops = []
-    for by in (-share, share):
-        h, step = peak.thickness_nm / (1.0 + by), max(peak.sd_nm, step_nm)
-        for _ in range(8):
-            step = min(step, 0.5 * h)
-            places = np.array([h - step, h, h + step])
-            below, at, above = engine.log_evidences(np.array([off(float(one), by) for one in places]), best)[:, 0]
-            bend = 2.0 * at - below - above
-            if bend > 0.0:
-                move = min(max(0.5 * step * (above - below) / bend, -3.0 * step), 3.0 * step)
-            else:
-                move = math.copysign(3.0 * step, above - below)
-            h = max(h + move, 1e-3 * peak.thickness_nm)
-            if abs(move) < 0.3 * step:
-                break
-        tops.append(h)
-    least = share * peak.thickness_nm
-    return min(max(0.5 * abs(tops[1] - tops[0]), least), _STEEPEST * least)

@@ -11,6 +11,7 @@ from iridesce.arguments.operands import Floats
 from iridesce.inverse.candidates import WIDEST_LINE_NM
 from iridesce.inverse.posterior import Light
 from iridesce.inverse.results import Solution
+from iridesce.inverse.tolerances import Tolerances
 
 # Stray light that changes by more than this, of what the measurement varies by, is told.
 _DRIFT = 0.1
@@ -31,7 +32,7 @@ class Known:
 
 
 def remarks(
-    known: Known, measured: Floats, solutions: tuple[Solution, ...], verdict: str, tolerance: float | None
+    known: Known, measured: Floats, solutions: tuple[Solution, ...], verdict: str, tolerances: Tolerances
 ) -> Iterator[str]:
     """Each doubt, in words."""
     if verdict == "none":
@@ -63,19 +64,19 @@ def remarks(
         )
     if float(np.std(measured - best.fitted)) > 0.7 * float(np.std(measured)):
         yield "the model explains less than half of what varies: doubt the stack or the data"
-    if tolerance is None and known.single and verdict != "none" and best.nm_per_percent_of_index is not None:
-        # Index and thickness cannot be told apart: what the interval does not hold is said, with its size.
+    if not tolerances.stated and known.single and verdict != "none" and best.nm_per_percent_of_index is not None:
+        # Index and thickness cannot be told apart: what is taken of the index is said, with what it makes.
         yield (
-            f"the interval takes the film's index as exact: of 1 % of it the thickness moves by "
-            f"{best.nm_per_percent_of_index:.2g} nm, and no misfit shows it (index_tolerance=0.01 holds that, 0 says that the "
-            "index is exact)"
+            f"nothing was said of the film's index: the interval takes it as good to {100.0 * tolerances.index:g} % (standard "
+            f"deviation), of which the thickness moves by {100.0 * tolerances.index * best.nm_per_percent_of_index:.2g} nm, and "
+            "no misfit shows it; index_tolerance= says better, 0 that it is exact"
         )
 
 
 def _ends(known: Known, best: Solution) -> Iterator[str]:
     """Layers whose interval reaches an end of what was searched."""
     for place, (low, high) in enumerate(known.bounds):
-        interval = best.interval_nm if len(known.bounds) == 1 else best.interval_nm[place]
+        interval = best.precision_interval_nm if len(known.bounds) == 1 else best.precision_interval_nm[place]
         if interval[0] <= low or interval[1] >= high:
             yield (
                 f"the interval of layer {known.layers[place]} reaches an end of thickness_range_nm "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, overload
@@ -20,9 +21,11 @@ class Solution:
     """One plausible thickness, or set of thicknesses.
 
     thickness_nm     float, or a tuple where several are unknown (in the order of the layers)
-    interval_nm      (low, high) that holds the thickness with the asked probability if this is the right order; a tuple
-                     of such pairs for several
-    sd_nm            standard deviation, of a straight-line estimate
+    interval_nm      (low, high) that holds the thickness with the asked probability if this is the right order: noise, response,
+                     and what all channels share, the tolerances of index and wavelengths; a tuple of such pairs for several
+    sd_nm            standard deviation of all that, of a straight-line estimate
+    precision_interval_nm, precision_nm  the same of noise and response alone, index and wavelengths taken as exact: by this
+                     films of one material on one instrument can be told apart
     misfit           root mean square of measured - fitted, in the unit of the measurement
     chi2             misfit over the noise, squared, a degree of freedom: 1 where the model explains the data; without a
                      noise given, over the scatter of neighbours in what is left
@@ -32,7 +35,7 @@ class Solution:
     resolution_nm    full width at half maximum of the instrument's line (fitted, or as given)
     kappa            by how much the noise had to be larger than stated for the best explanation: 1, 3 or 10
     nm_per_percent_of_index  how far the thickness moves, nm, where the film's index is 1 % off: fringes show their product, so no
-                     misfit tells it, and the interval holds it by ``index_tolerance`` only. None where several are unknown
+                     misfit tells it, and the interval holds it by ``index_tolerance``. None where several are unknown
     angle_offset_deg  of joint fits with ``angle_tolerance_deg``: by how much the angles were found to be larger
     index            for each fitted index, by layer number: {"n": ...} or Cauchy's {"A": ..., "B_um2": ...}, with "sd" each
     wavelength_nm, fitted  the fitted curve in the unit of the measurement
@@ -63,6 +66,8 @@ class Solution:
     kappa: float = 1.0
     angle_offset_deg: float = 0.0
     nm_per_percent_of_index: float | None = None
+    precision_nm: Any = math.nan
+    precision_interval_nm: Any = (math.nan, math.nan)
 
     def to_dict(self) -> dict[str, Any]:
         """All but the curve, as plain values.
@@ -153,7 +158,7 @@ class FitResult(Sequence[Solution]):
         >>> film = ir.Stack(["air", ir.Layer(1.33, thickness_nm=500.0), "air"])
         >>> ax = ir.fit_thickness(nm, film.reflectance(nm), film).plot()
         >>> ax.get_lines()[1].get_label()
-        '500.00 nm'
+        '500.0 nm'
         """
         from iridesce.plot import _fit
 
@@ -196,9 +201,10 @@ def _table(result: FitResult) -> list[str]:
         several = not isinstance(solution.thickness_nm, float)
         values = solution.thickness_nm if several else (solution.thickness_nm,)
         intervals = solution.interval_nm if several else (solution.interval_nm,)
+        precisions = solution.precision_nm if several else (solution.precision_nm,)
         words = [
-            f"{value:.2f} nm ({percent}: {low:.2f} to {high:.2f})"
-            for value, (low, high) in zip(values, intervals, strict=True)
+            f"{value:.2f} nm ({percent}: {low:.2f} to {high:.2f}; precision {precision:.2g})"
+            for value, (low, high), precision in zip(values, intervals, precisions, strict=True)
         ]
         for place, entry in solution.index.items():
             words.append(f"layer {place} " + ", ".join(f"{name} {value:.4g}" for name, value in entry.items()))
@@ -239,7 +245,10 @@ def order_share(solutions: Sequence[Solution], quarter_nm: float) -> float:
 
 
 def apart(solved: list[tuple[Solution, float, bool]]) -> list[tuple[Solution, float, bool]]:
-    """Peaks that lie within the interval of a likelier one are that one, reached from another side."""
+    """Peaks that lie within the precision of a likelier one are that one, reached from another side.
+
+    What all channels share moves every peak alike: of a thick film 1 % of index is an order and more.
+    """
     kept: list[tuple[Solution, float, bool]] = []
     for one in solved:
         if not any(_within(one[0], better[0]) for better in kept):
@@ -249,7 +258,9 @@ def apart(solved: list[tuple[Solution, float, bool]]) -> list[tuple[Solution, fl
 
 def _within(one: Solution, other: Solution) -> bool:
     if isinstance(other.thickness_nm, float):
-        near = other.interval_nm[0] <= one.thickness_nm <= other.interval_nm[1]
+        near = other.precision_interval_nm[0] <= one.thickness_nm <= other.precision_interval_nm[1]
     else:
-        near = all(low <= value <= high for value, (low, high) in zip(one.thickness_nm, other.interval_nm, strict=True))
-    return bool(near or np.abs(np.subtract(one.thickness_nm, other.thickness_nm)).max() < 3.0 * np.max(other.sd_nm))
+        inside = zip(one.thickness_nm, other.precision_interval_nm, strict=True)
+        near = all(low <= value <= high for value, (low, high) in inside)
+    by = np.abs(np.subtract(one.thickness_nm, other.thickness_nm)).max()
+    return bool(near or by < 3.0 * np.max(other.precision_nm))

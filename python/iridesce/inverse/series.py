@@ -32,6 +32,7 @@ from iridesce.inverse.model import Problem, describe, quarter_wave_nm, read_prob
 from iridesce.inverse.results import FitResult, order_share
 from iridesce.inverse.series_result import SeriesResult, no_film
 from iridesce.inverse.solve import student
+from iridesce.inverse.tolerances import Tolerances, read_tolerances
 from iridesce.optics.averages import FWHM
 
 __all__ = ["SeriesResult", "fit_series"]
@@ -47,6 +48,7 @@ _SINGLE = 64
 # Where no lamp comes of the series at once, so many spectra are fitted alone, and so many of these have to be clear.
 _ALONE, _LEAST_ALONE = 6, 3
 _WORST_KAPPA = 10.0
+_EXACT = Tolerances(0.0, 0.0, True)
 _MOST_VALUES = 200_000_000
 
 
@@ -69,7 +71,8 @@ def fit_series(
     resolution_nm: float = 0.0,
     noise: float | None = None,
     probability: float = 0.95,
-    index_tolerance: float = 0.0,
+    index_tolerance: float | None = None,
+    wavelength_tolerance_nm: float | None = None,
     progress: Callable[..., object] | None = None,
 ) -> SeriesResult:
     """The thickness of one film in time, from many spectra that share lamp and spectrometer.
@@ -85,7 +88,8 @@ def fit_series(
     stack          with one unknown thickness, as for `ir.fit_thickness`; its indices are known
     time_s         ascending; None: 0, 1, 2, ...                                                      (n,)
     dark, reference, reference_stack  as for `ir.fit_thickness`, the same for all spectra             (wavelengths,)
-    layer, quantity, angle_deg, polarization, probability, index_tolerance  as there
+    layer, quantity, angle_deg, polarization, probability, index_tolerance, wavelength_tolerance_nm  as there; the last two are
+                   errors that all spectra share: they are in ``interval_nm``, and not in ``precision_nm``
     thickness_range_nm  (low, high); None: 1 to 10 000 nm
     gain           None: unknown; 1.0 for calibrated reflectances
     baseline       "auto": stray light with the lamp's course; "none"
@@ -110,7 +114,7 @@ def fit_series(
     angle = number("angle_deg", angle_deg, low=0.0, high=90.0)
     line = number("resolution_nm", resolution_nm, low=0.0, high=100.0) / FWHM
     share = number("probability", probability, low=0.0, high=1.0, includes_low=False)
-    tolerance = number("index_tolerance", index_tolerance, low=0.0, high=1.0)
+    tolerances = read_tolerances(index_tolerance, wavelength_tolerance_nm)
     if gain is not None:
         gain = number("gain", gain, low=0.0, high=math.inf, includes_low=False)
     size = None if noise is None else number("noise", noise, low=0.0, high=math.inf, includes_low=False)
@@ -178,8 +182,8 @@ def fit_series(
     if not course.learnt and gain is None:
         notes.append("the lamp could not be learnt: too few spectra with sure films of more than 2.5 fringes")
         if used.size <= _SINGLE:
-            alone = [_single(course, row, size, share, tolerance) for row in values[used]]
-    return _answer(course, belief, none, found, times, used, share, tolerance, describe(problem), notes, alone)
+            alone = [_single(course, row, size, share, tolerances) for row in values[used]]
+    return _answer(course, belief, none, found, times, used, share, tolerances, describe(problem), notes, alone)
 
 
 def _asked(
@@ -239,7 +243,11 @@ def _alone(course: Course) -> tuple[Floats, npt.NDArray[np.bool_]]:
 
 
 def _single(
-    course: Course, spectrum: Floats, noise: float | None = None, probability: float = 0.95, tolerance: float = 0.0
+    course: Course,
+    spectrum: Floats,
+    noise: float | None = None,
+    probability: float = 0.95,
+    tolerances: Tolerances = _EXACT,
 ) -> FitResult:
     """A spectrum of the series by itself."""
     problem = course.problem
@@ -256,7 +264,8 @@ def _single(
         resolution_nm=course.line * FWHM,
         noise=noise,
         probability=probability,
-        index_tolerance=tolerance,
+        index_tolerance=tolerances.index,
+        wavelength_tolerance_nm=tolerances.wavelength_nm,
     )
 
 
@@ -277,7 +286,7 @@ def _answer(
     times: Floats,
     used: npt.NDArray[np.intp],
     probability: float,
-    tolerance: float,
+    tolerances: Tolerances,
     stack: str,
     notes: list[str],
     alone: list[FitResult],
@@ -286,7 +295,8 @@ def _answer(
     best, mass = _best(course, belief, found)
     place = belief.argmax(axis=1)
     sd = np.hypot(found.sd_nm[np.arange(len(best)), place], course.sd_of_lamp(best))
-    half = student(probability, 1e6) * np.hypot(sd, tolerance * best)
+    shared = math.hypot(tolerances.index, tolerances.of_wavelengths(course.problem, course.nm, 0))
+    half = student(probability, 1e6) * np.hypot(sd, shared * best)
     at_end = (best <= course.bounds[0] + 1e-6) | (best >= course.bounds[1] - 1e-6)
     words = np.where(mass > _CLEAR, "clear", "ambiguous").astype("<U9")
     if not course.learnt and course.light.lamp is None:
@@ -304,9 +314,10 @@ def _answer(
         size = np.array([one.best.kappa if one.best else 1.0 for one in alone])
         best = np.array([one.best.thickness_nm if one.best else np.nan for one in alone])
         low, high = np.array([one.best.interval_nm if one.best else (np.nan, np.nan) for one in alone]).T
+        sd = np.array([one.best.precision_nm if one.best else np.nan for one in alone])
     best = np.where(words == "none", np.nan, best)
     count = times.size
-    thickness, interval = np.full(count, np.nan), np.full((count, 2), np.nan)
+    thickness, interval, precision = np.full(count, np.nan), np.full((count, 2), np.nan), np.full(count, np.nan)
     order, no_film, verdict, kappa = (
         np.zeros(count),
         np.ones(count),
@@ -315,11 +326,16 @@ def _answer(
     )
     thickness[used], order[used], no_film[used], verdict[used] = best, mass, none, words
     interval[used] = np.stack([low, high], axis=1)
-    kappa[used] = size
+    kappa[used], precision[used] = size, sd
     if (size > 1.5).mean() > 0.5:
         notes.append(
             f"the noise is taken {float(np.median(size)):.2g} times larger than estimated: the index, the line, or "
             "another stack"
+        )
+    if not tolerances.stated and np.isfinite(thickness).any():
+        notes.append(
+            f"nothing was said of the film's index: intervals take it as good to {100.0 * tolerances.index:g} % (standard "
+            "deviation), in which all spectra are off alike; index_tolerance= says better, 0 that it is exact"
         )
     response = course.lamp / float(course.lamp.mean())
     return SeriesResult(
@@ -336,6 +352,7 @@ def _answer(
         stack,
         probability,
         tuple(notes),
+        precision,
     )
 
 

@@ -25,7 +25,8 @@ class SeriesResult:
 
     time_s        of each spectrum; their numbers where no times were given                      (n,)
     thickness_nm  the likeliest thickness, NaN where no film can be told                         (n,)
-    interval_nm   (low, high) of the asked probability if the order is right                     (n, 2)
+    interval_nm   (low, high) of the asked probability if the order is right, tolerances included (n, 2)
+    precision_nm  standard deviation without them: of noise and lamp, by which spectra can be compared    (n,)
     probability_of_order  that the order is right, "no film" among the explanations               (n,)
     no_film       probability that there is no film                                              (n,)
     verdict       "clear", "ambiguous", "doubtful", "none", as of `ir.fit_thickness`             (n,)
@@ -56,6 +57,7 @@ class SeriesResult:
     stack: str
     probability: float
     notes: tuple[str, ...]
+    precision_nm: Floats = field(default_factory=lambda: np.empty(0))
 
     def __len__(self) -> int:
         return int(self.thickness_nm.size)
@@ -103,6 +105,7 @@ class SeriesResult:
             "probability_of_order": self.probability_of_order,
             "no_film": self.no_film,
             "kappa": self.kappa,
+            "precision_nm": self.precision_nm,
         }
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -120,7 +123,7 @@ class SeriesResult:
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     ir.fit_series(nm, film.reflectance(nm), "air / soap ? / air", gain=1.0).save(f"{folder}/series.csv")
         ...     print(Path(folder, "series.csv").read_text().splitlines()[0])
-        time_s,thickness_nm,low_nm,high_nm,verdict,probability_of_order,no_film,kappa
+        time_s,thickness_nm,low_nm,high_nm,verdict,probability_of_order,no_film,kappa,precision_nm
         """
         place = Path(file_name(path, rows.FORMATS))
         facts = {
@@ -192,5 +195,5 @@ def no_film(times: Floats, nm: Floats, stack: str, probability: float, notes: li
     none = np.full(count, "none", dtype="<U9")
     return SeriesResult(
         times, empty, np.full((count, 2), np.nan), np.zeros(count), np.ones(count), none, np.ones(count), nm,
-        np.ones_like(nm), False, stack, probability, tuple(notes),
+        np.ones_like(nm), False, stack, probability, tuple(notes), empty,
     )  # fmt: skip

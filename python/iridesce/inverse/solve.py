@@ -175,6 +175,15 @@ class Solver:
         columns = columns - _onto(basis, columns)
         return np.asarray(np.linalg.pinv(columns.T @ columns, hermitian=True))
 
+    def moved(self, fitted: Fitted, free: list[int], change: Floats) -> Floats:
+        """How far the free parameters move where the spectrum is another by ``change``, gain and baseline moving too."""
+        spectrum, slopes = self.model.both(fitted.parameters, len(fitted.parameters) - 1 not in free)
+        _, _, basis, _ = self.linear(spectrum)
+        gain = self._gain(fitted.gain) * self.data.weight
+        columns = np.column_stack([slopes[:, free], change]) * gain[:, None]
+        columns = columns - _onto(basis, columns)
+        return np.asarray(-np.linalg.lstsq(columns[:, :-1], columns[:, -1], rcond=None)[0])
+
     def interval(self, fitted: Fitted, free: list[int], which: int, sd: float, rise: float) -> tuple[float, float]:
         """Where the misfit, all else fitted again, has risen by ``rise``: as far as the bounds on each side."""
         others = [place for place in free if place != which]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import sys
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,12 +18,15 @@ from iridesce.inverse import model as fit_model
 from iridesce.inverse.candidates import model_of
 from iridesce.inverse.model import read_problem
 from iridesce.inverse.posterior import Engine, Light, Measured, climb
+from iridesce.inverse.results import apart
 from iridesce.inverse.solve import student
 from iridesce.optics.averages import FWHM
 
 Floats = npt.NDArray[np.float64]
 
 NM = np.arange(420.0, 760.0, 1.0)
+# Films of the very index and spectrometers of the very wavelengths that were said.
+EXACT: dict[str, Any] = {"index_tolerance": 0.0, "wavelength_tolerance_nm": 0.0}
 
 
 def clean(text: str, *thickness_nm: float, nm: Floats = NM, quantity: str = "reflectance", **how: Any) -> Floats:
@@ -55,7 +59,7 @@ def test_counts_with_unknown_gain_and_offset(text: str, thickness_nm: float) -> 
     counts = 31_000.0 * noisy(clean(text, thickness_nm)) + 900.0
     result = ir.fit_thickness(NM, counts, text)
     assert abs(result.best.thickness_nm - thickness_nm) < 1.0
-    low, high = result.best.interval_nm
+    low, high = result.best.precision_interval_nm
     # Eight times the half-width of 95 %: an error of sixteen standard deviations is no chance.
     assert abs(result.best.thickness_nm - thickness_nm) < 8.0 * 0.5 * (high - low)
     assert result.best.gain == pytest.approx(31_000.0, rel=0.05)
@@ -78,7 +82,7 @@ def test_thick_films_through_a_line(thickness_nm: float) -> None:
 def test_thin_films_of_a_calibrated_reflectance(thickness_nm: float) -> None:
     text = "air / SiO2 ? / Si"
     result = ir.fit_thickness(NM, noisy(clean(text, thickness_nm), 40.0), text, gain=1.0, baseline="none")
-    low, high = result.best.interval_nm
+    low, high = result.best.precision_interval_nm
     assert low - (high - low) < thickness_nm < high + (high - low)
     assert 0.0 < high - low < 1.0
 
@@ -104,6 +108,7 @@ def test_intervals_hold_what_they_claim() -> None:
             probability=0.68,
             resolution_nm=0.0,
             thickness_range_nm=(300.0, 1000.0),
+            **EXACT,
         )
         low, high = result.best.interval_nm
         held += low <= thickness_nm <= high
@@ -118,7 +123,7 @@ def test_noise_that_is_known_sets_the_interval() -> None:
     values = clean(text, 640.0)
     widths = []
     for size in (1e-5, 1e-4):
-        result = ir.fit_thickness(NM, values, text, noise=size, gain=1.0, baseline="none", resolution_nm=0.0)
+        result = ir.fit_thickness(NM, values, text, noise=size, gain=1.0, baseline="none", resolution_nm=0.0, **EXACT)
         widths.append(np.ptp(result.best.interval_nm))
         assert result.noise == pytest.approx(size, rel=1e-12)
     assert widths[1] == pytest.approx(10.0 * widths[0], rel=0.05)
@@ -342,7 +347,7 @@ def test_dark_and_reference_make_counts_a_reflectance(thickness_nm: float) -> No
     assert result.best.thickness_nm == pytest.approx(thickness_nm, rel=0.02, abs=1.0)
     assert result.best.gain == pytest.approx(1.0, abs=0.05)
     bare = ir.fit_thickness(NM, light * base + dark + 30.0 * noise[2], "air / SiO2 ? / Si", **how)
-    assert bare.verdict != "clear" or bare.best.interval_nm[1] < 8.0
+    assert bare.verdict != "clear" or bare.best.precision_interval_nm[1] < 8.0
 
 
 def test_a_reference_without_light_is_refused() -> None:
@@ -365,27 +370,98 @@ def test_a_reference_without_light_is_refused() -> None:
 def test_an_index_that_is_not_sure_widens_the_interval() -> None:
     values = noisy(clean("air / SiO2 ? / Si", 1234.5))
     sure, unsure = (
-        ir.fit_thickness(NM, values, "air / SiO2 ? / Si", index_tolerance=size).best.interval_nm for size in (0.0, 0.01)
+        ir.fit_thickness(
+            NM, values, "air / SiO2 ? / Si", index_tolerance=size, wavelength_tolerance_nm=0.0
+        ).best.interval_nm
+        for size in (0.0, 0.01)
     )
     assert np.ptp(sure) < 1.0
     assert np.ptp(unsure) == pytest.approx(2.0 * 1.96 * 0.01 * 1234.5, rel=0.02)
 
 
-def test_an_index_of_which_nothing_was_told_is_told() -> None:
-    """Fringes show n h: the interval is that of an exact index, and what 1 % of it moves stands beside."""
+def test_an_index_of_which_nothing_was_told_is_in_the_interval() -> None:
+    """Fringes show n h: the interval holds 1 % of the index, a note says so, and what noise leaves open stands beside."""
     values = noisy(clean("air / SiO2 ? / Si", 612.0))
     result = ir.fit_thickness(NM, values, "air / SiO2 ? / Si")
-    assert result.best.nm_per_percent_of_index == pytest.approx(6.12, rel=0.03)
-    words = f"by {result.best.nm_per_percent_of_index:.2g} nm, and no misfit"
-    assert sum("film's index as exact" in note and words in note for note in result.notes) == 1
+    best = result.best
+    assert best.nm_per_percent_of_index == pytest.approx(6.12, rel=0.03)
+    assert best.sd_nm == pytest.approx(6.12, rel=0.03) and best.precision_nm < 0.1
+    assert np.ptp(best.interval_nm) == pytest.approx(2.0 * 1.96 * 6.12, rel=0.03)
+    assert np.ptp(best.precision_interval_nm) == pytest.approx(2.0 * 1.96 * best.precision_nm, rel=0.1)
+    assert (
+        sum(
+            "said of the film's index" in note and f"{best.nm_per_percent_of_index:.2g} nm" in note
+            for note in result.notes
+        )
+        == 1
+    )
     for stated in (0.0, 0.01):
         told = ir.fit_thickness(NM, values, "air / SiO2 ? / Si", index_tolerance=stated)
         assert not any("index" in note for note in told.notes)
         assert told.best.nm_per_percent_of_index == pytest.approx(6.12, rel=0.03)
+        assert told.best.precision_interval_nm == pytest.approx(best.precision_interval_nm)
     # A thin film shows how large n is: 1 % of it is several per cent of the thickness.
     values = noisy(clean("air / soap ? / air", 20.0))
     thin = ir.fit_thickness(NM, values, "air / soap ? / air", gain=1.0, baseline="none")
     assert 0.04 < thin.best.nm_per_percent_of_index / 20.0 < 0.06
+
+
+@pytest.mark.parametrize("off", [-0.01, 0.01])
+def test_a_film_of_another_index_lies_in_the_interval(off: float) -> None:
+    """Data of a film whose index differs by 1 % from what was said of it, with no word about that."""
+    for n, truth in ((1.45, 900.0), (1.6, 2300.0)):
+        film = ir.Stack([1.0, ir.Layer(n * (1.0 + off), truth), "Si"])
+        result = ir.fit_thickness(NM, noisy(np.asarray(film.reflectance(NM))), [1.0, n, "Si"])
+        low, high = result.best.interval_nm
+        assert result.verdict == "clear" and low < truth < high
+        assert not result.best.precision_interval_nm[0] < truth < result.best.precision_interval_nm[1]
+
+
+@pytest.mark.parametrize("off", [-1.0, 1.0])
+def test_wavelengths_that_are_off_move_the_film_as_the_interval_says(off: float) -> None:
+    """Of a known index: what a nm of all wavelengths moves is what `wavelength_tolerance_nm` makes of it."""
+    for text, truth in (("air / SiO2 ? / Si", 900.0), ("air / soap ? / air", 2300.0)):
+        values = noisy(clean(text, truth, nm=NM + off))
+        result = ir.fit_thickness(NM, values, text, index_tolerance=0.0, wavelength_tolerance_nm=1.0)
+        moved = abs(result.best.thickness_nm - truth)
+        told = np.sqrt(result.best.sd_nm**2 - result.best.precision_nm**2)
+        assert moved == pytest.approx(told, rel=0.25), (text, moved, told)
+        plain = ir.fit_thickness(NM, values, text)
+        assert plain.best.interval_nm[0] < truth < plain.best.interval_nm[1]
+
+
+def test_of_two_layers_the_index_of_each_moves_both() -> None:
+    """What fits find under indices that are off by hand is what the intervals hold."""
+    stack, truth = "air / SiO2 ? / Si3N4 ? / Si", (210.0, 95.0)
+    values = noisy(clean(stack, *truth), 60.0)
+    how: dict[str, Any] = {"gain": 1.0, "thickness_range_nm": [(150.0, 280.0), (60.0, 130.0)]}
+    tolerances = {"index_tolerance": 1e-3, "wavelength_tolerance_nm": 0.0}
+    best = ir.fit_thickness(NM, values, stack, **how, **tolerances).best
+    found = np.array(best.thickness_nm)
+    squares = np.zeros(2)
+    first, *layers, last = ir.Stack.parse(stack.replace("?", "1")).media
+    for place in range(2):
+        media = [np.asarray(one.index(NM), complex) for one in layers]
+        media[place] = media[place] * 1.001
+        tables = ["\n".join(f"{a},{b.real:.17g},{b.imag:.17g}" for a, b in zip(NM, one, strict=True)) for one in media]
+        items = [ir.Medium._from_text(f"nm,n,k\n{table}\n", "layer") for table in tables]
+        moved = ir.fit_thickness(NM, values, [first, *items, last], **how, **EXACT).best
+        squares += (np.array(moved.thickness_nm) - found) ** 2
+    told = np.sqrt(np.array(best.sd_nm) ** 2 - np.array(best.precision_nm) ** 2)
+    assert told == pytest.approx(np.sqrt(squares), rel=0.2)
+
+
+def test_orders_of_a_thick_film_are_not_one_for_its_index() -> None:
+    """1 % of 30 um is more than an order: neighbours stand beside each other, each with its own precision."""
+    best = ir.fit_thickness(NM, noisy(clean("air / SiO2 ? / Si", 612.0)), "air / SiO2 ? / Si").best
+    shared = {"sd_nm": 300.0, "precision_nm": 1.0, "fitted": best.fitted}
+    films = [
+        replace(
+            best, thickness_nm=h, interval_nm=(h - 588.0, h + 588.0), precision_interval_nm=(h - 2.0, h + 2.0), **shared
+        )
+        for h in (30_000.0, 30_001.0, 30_208.0)
+    ]
+    assert [one[0].thickness_nm for one in apart([(film, 0.0, False) for film in films])] == [30_000.0, 30_208.0]
 
 
 @pytest.mark.parametrize("light", [1.0, None])
@@ -400,7 +476,7 @@ def test_a_baseline_that_drifts_under_an_even_response(light: float | None) -> N
         )
         result = ir.fit_thickness(NM, values, text, gain=light)
         assert (result.verdict, result.best.kappa) == ("clear", 1.0)
-        low, high = result.best.interval_nm
+        low, high = result.best.precision_interval_nm
         assert abs(result.best.thickness_nm - truth) < 1.5 * (high - low) and high - low < 6.0
         assert light is None or any("stray light changes" in note for note in result.notes)
     # And a baseline alone is no film.

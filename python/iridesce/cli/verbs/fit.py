@@ -48,7 +48,19 @@ def verb(
     ] = None,
     index_tolerance: Annotated[
         float | None,
-        typer.Option("--index-tolerance", help="Standard deviation of the film's index, relative; 0: it is exact."),
+        typer.Option(
+            "--index-tolerance",
+            help="Standard deviation of the film's index, relative; 0.01 if not given, 0: it is exact.",
+            show_default=False,
+        ),
+    ] = None,
+    wavelength_tolerance: Annotated[
+        float | None,
+        typer.Option(
+            "--wavelength-tolerance",
+            help="Standard deviation of the spectrometer's wavelengths, nm; 0.3 if not given.",
+            show_default=False,
+        ),
     ] = None,
     dark: Annotated[Path | None, typer.Option(help="File of counts without light.", show_default=False)] = None,
     reference: Annotated[
@@ -127,13 +139,13 @@ def verb(
         "probability": probability,
         "reference_stack": reference_stack,
         "index_tolerance": index_tolerance,
+        "wavelength_tolerance_nm": wavelength_tolerance,
     }
     pairs = [pair(text, "--range", "nm") for text in range_ or []]
     if series:
         said["thickness_range_nm"] = pairs[0] if pairs else None
         said["gain"] = None if gain is None else float(_gain(gain) or 0.0)
         said["resolution_nm"] = 0.0 if resolution is None else resolution
-        said["index_tolerance"] = index_tolerance or 0.0
         _tell_series(_fit_series(spectrum, files_read, said), spectrum, files, size, theme, as_json)
         return
     said["thickness_range_nm"] = None if not pairs else pairs[0] if len(pairs) == 1 else pairs
