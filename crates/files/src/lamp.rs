@@ -29,10 +29,7 @@ const OTHER_QUANTITIES: [(&[&str], &str); 6] = [
         &["/ev", "per ev", "/thz", "/hz", "per hz", "/cm-1", "per cm-1", "(cm-1", "wavenumber"],
         "is power per energy or frequency; divide each value by the square of its wavelength",
     ),
-    (
-        &["transmit", "transmission", "reflect", "absorb", "absorption", "response", "efficiency"],
-        NO_LIGHT,
-    ),
+    (&["transmit", "transmission", "reflect", "absorb", "absorption", "response", "efficiency"], NO_LIGHT),
     (
         &["lumen", "candela", "luminous", "luminance", "illuminance", "lux", "lm", "lx", "cd"],
         "is weighted by what an eye sees; divide it by the eye's sensitivity V, which makes power of it",

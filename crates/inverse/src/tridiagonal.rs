@@ -120,7 +120,10 @@ mod tests {
                     let got = made.solved(t, [2.0, -3.0]);
                     assert!((got.0 - volume).abs() < 1e-8 * (1.0 + volume), "{size} {rank} {t}: {got:?} {volume}");
                     assert!((got.1 - square).abs() < 1e-8 * (1.0 + square), "{size} {rank} {t}: {got:?} {square}");
-                    assert!(made.bound() * 1.000_001 >= (0..size).map(|i| k(i, i)).fold(0.0, f64::max), "{size} {rank}");
+                    assert!(
+                        made.bound() * 1.000_001 >= (0..size).map(|i| k(i, i)).fold(0.0, f64::max),
+                        "{size} {rank}"
+                    );
                 }
             }
         }
