@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,17 +43,44 @@ def film_amplitudes(
     return Amplitudes(r_s, r_p, t_s, t_p)
 
 
-def film_powers(
-    index: NDArray[np.float64], thickness_nm: ArrayLike, cos_theta: ArrayLike, wavelength_nm: ArrayLike
-) -> NDArray[np.float64]:
-    """(2, ...) reflectance of s and p for a real ``index``; the transmittance is one minus it.
+class Powers(NamedTuple):
+    """Reflectance and transmittance, each (2, rays, n), of s and p for films of which only the thickness is open.
 
-    R = F sin^2(d / 2) / (1 + F sin^2(d / 2)), F = 4 r12^2 / (1 - r12^2)^2: the same film without complex numbers.
+    What hangs on index, angle and wavelength alone is kept, since light that goes round in a sphere asks again and again.
     """
-    outer = np.asarray(cos_theta, dtype=float)
-    inner = np.sqrt(1.0 - (1.0 - outer**2) / index**2)
-    wave = np.sin(2.0 * np.pi * index * thickness_nm * inner / wavelength_nm) ** 2
-    r_s = (outer - index * inner) / (outer + index * inner)
-    r_p = (index * outer - inner) / (index * outer + inner)
-    finesse = np.stack(np.broadcast_arrays(*(4.0 * r**2 / (1.0 - r**2) ** 2 for r in (r_s, r_p))))
-    return finesse * wave / (1.0 + finesse * wave)
+
+    face: NDArray[Any]  # (2, rays, n): the outer face's r for complex films, 4 r^2 / (1 - r^2)^2 for real ones
+    turn: NDArray[Any]  # (rays, n): the phase of one crossing per nm of thickness
+
+    def of(self, rays: NDArray[Any]) -> Powers:
+        """The same for some of the rays."""
+        return Powers(self.face[:, rays], self.turn[rays])
+
+    def at(self, thickness_nm: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """R and T of films so thick, (rays,)."""
+        if not np.iscomplexobj(self.face):
+            wave = self.face * np.sin(self.turn * thickness_nm[:, None]) ** 2
+            reflectance = wave / (1.0 + wave)
+            return reflectance, 1.0 - reflectance
+        round_trip = np.exp(2j * self.turn * thickness_nm[:, None])
+        square = self.face**2
+        below = _power(1.0 - square * round_trip)
+        reflectance = _power(self.face) * _power(1.0 - round_trip) / below
+        return reflectance, _power(1.0 - square) * np.abs(round_trip) / below  # |e^(2i x)| = |e^(i x)|^2
+
+
+def _power(amplitude: NDArray[np.complex128]) -> NDArray[np.float64]:
+    return amplitude.real**2 + amplitude.imag**2
+
+
+def film_powers(index: ArrayLike, cos_theta: NDArray[np.float64], wavelength_nm: NDArray[np.float64]) -> Powers:
+    """R and T of films by their thickness, for cosines (rays,) and wavelengths (n,); a complex ``index`` absorbs.
+
+    Of a real one without complex numbers: R = F sin^2(d / 2) / (1 + F sin^2(d / 2)), F = 4 r12^2 / (1 - r12^2)^2.
+    """
+    n, outer = np.asarray(index), cos_theta[:, None]
+    inner = np.sqrt(1.0 - (1.0 - outer**2) / n**2)
+    faces = (outer - n * inner) / (outer + n * inner), (n * outer - inner) / (n * outer + inner)
+    face = np.stack(np.broadcast_arrays(*faces))
+    turn = 2.0 * np.pi * n * inner / wavelength_nm
+    return Powers(face if np.iscomplexobj(n) else 4.0 * face**2 / (1.0 - face**2) ** 2, turn)

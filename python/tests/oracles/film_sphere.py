@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from . import spectra
 from .camera import camera_rays, pixel_places, unit
-from .film import film_amplitudes, film_powers
+from .film import film_powers
 from .spectra import Light
 
 Environment = Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -48,17 +48,6 @@ class FilmSphere:
     def index_at(self, wavelength_nm: NDArray[np.float64]) -> Any:
         """The index at each wavelength, or the one number for all."""
         return self.index(wavelength_nm) if callable(self.index) else self.index
-
-    def powers(
-        self, y: NDArray[np.float64], cosine: NDArray[np.float64], wavelength_nm: NDArray[np.float64], index: Any
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """R and T, each (2, rays, n), for hits at heights ``y`` (rays,) and ``index`` at ``wavelength_nm`` (n,)."""
-        arguments = (self.thickness_nm(y)[:, None], cosine[:, None], wavelength_nm)
-        if np.iscomplexobj(index):
-            a = film_amplitudes(index, *arguments)
-            return np.abs(np.stack([a.r_s, a.r_p])) ** 2, np.abs(np.stack([a.t_s, a.t_p])) ** 2
-        reflectance = film_powers(np.asarray(index, dtype=float), *arguments)
-        return reflectance, 1.0 - reflectance
 
     def first_hit(
         self, origin: NDArray[np.float64], direction: NDArray[np.float64]
@@ -90,35 +79,36 @@ def _trace(
     outward = unit(place - center)
     cosine = np.clip(np.abs(np.sum(direction * outward, axis=-1)), 0.0, 1.0)
     index = sphere.index_at(light.wavelength_nm)
+    film = film_powers(index, cosine, light.wavelength_nm)
     total = np.zeros((len(place), len(light.wavelength_nm)))
     under_way = np.full((2, *total.shape), 0.5)  # the unpolarised half and half, times what has happened so far
     if inside:
         hit, going = outward, direction
     else:
-        reflectance, transmittance = sphere.powers(place[:, 1], cosine, light.wavelength_nm, index)
+        reflectance, transmittance = film.at(sphere.thickness_nm(place[:, 1]))
         mirrored = direction + 2.0 * cosine[:, None] * outward
         total += np.sum(under_way * reflectance, axis=0) * environment(mirrored)[:, None]
         under_way *= transmittance
         hit, going = outward + 2.0 * cosine[:, None] * direction, direction
     active = np.arange(len(place))
     even = sphere.top_nm == sphere.bottom_nm  # the same film at the same angle: nothing changes from hit to hit
-    reflectance, transmittance = sphere.powers(
-        center[1] + sphere.radius * hit[:, 1], cosine, light.wavelength_nm, index
-    )
+    reflectance, transmittance = film.at(sphere.thickness_nm(center[1] + sphere.radius * hit[:, 1]))
     while len(active):
         if not even:
-            height = center[1] + sphere.radius * hit[:, 1]
-            reflectance, transmittance = sphere.powers(height, cosine[active], light.wavelength_nm, index)
+            reflectance, transmittance = film.at(sphere.thickness_nm(center[1] + sphere.radius * hit[:, 1]))
         total[active] += np.sum(under_way * transmittance, axis=0) * environment(going)[:, None]
-        under_way = under_way * reflectance
+        under_way *= reflectance
         keep = under_way.max(axis=(0, 2)) > step
         # mirror the direction at the inside of the sphere, then cross the next chord (unit radius)
         turned = unit(going - 2.0 * np.sum(going * hit, axis=-1)[:, None] * hit)
         hit = unit(hit + 2.0 * cosine[active][:, None] * turned)
+        going = turned
+        if keep.all():
+            continue
         if not np.iscomplexobj(index):
             total[active[~keep]] += under_way[:, ~keep].sum(axis=0) * environment(turned[~keep])[:, None]
         active, under_way, hit, going = active[keep], under_way[:, keep], hit[keep], turned[keep]
-        reflectance, transmittance = reflectance[:, keep], transmittance[:, keep]
+        film, reflectance, transmittance = film.of(keep), reflectance[:, keep], transmittance[:, keep]
     return total @ light.weights
 
 

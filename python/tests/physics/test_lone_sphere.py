@@ -61,7 +61,8 @@ def test_closed_form(case, smooth_map):
 
 def test_the_comparison_would_see_small_mistakes(smooth_map):
     """One per cent of thickness, 0.01 of index or two degrees of map put more than 1 % of pixels out of bounds."""
-    camera = {**CLOSE, "resolution": [20, 14]}
+    # Without the limb, where light goes round a hundred times.
+    camera = {**CLOSE, "fov_deg": 12.0, "resolution": [20, 14]}
     sphere = FilmSphere(1.9, 300.0, 900.0)
 
     def look(s=sphere, turn=0.0, c=camera):
@@ -73,7 +74,7 @@ def test_the_comparison_would_see_small_mistakes(smooth_map):
         look(FilmSphere(1.91, 300.0, 900.0)),
         look(FilmSphere(1.9, 900.0, 300.0)),
         look(turn=2.0),
-        look(c={**camera, "fov_deg": 17.3}),
+        look(c={**camera, "fov_deg": 12.2}),
         wanted[::-1],
         wanted[:, ::-1],
     ):

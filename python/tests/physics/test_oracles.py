@@ -40,10 +40,9 @@ def test_film_against_tmm(index, angle_deg):
             assert abs(r) ** 2 == pytest.approx(them["R"], abs=1e-13)
             assert abs(t) ** 2 == pytest.approx(them["T"], abs=1e-13)
             assert abs(t - them["t"]) < 1e-12
-        if not isinstance(index, complex):
-            assert film_powers(np.float64(index), thickness_nm, cosine, nm) == pytest.approx(
-                [abs(ours.r_s) ** 2, abs(ours.r_p) ** 2], abs=1e-13
-            )
+        powers = film_powers(index, np.array([cosine]), np.array([nm])).at(np.array([thickness_nm]))
+        for found, wanted in zip(powers, ((ours.r_s, ours.r_p), (ours.t_s, ours.t_p)), strict=True):
+            assert found[:, 0, 0] == pytest.approx(np.abs(wanted) ** 2, abs=1e-13)
 
 
 def test_film_is_isotropic_at_normal_incidence():

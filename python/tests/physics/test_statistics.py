@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 
 import numpy as np
@@ -29,16 +30,18 @@ def contrasty(direction):
     return environment.smooth_grey(direction) + lamp(direction)
 
 
-@pytest.fixture
-def load(tmp_path, monkeypatch):
-    """``load(max_depth=..., spheres=...)`` gives the scene, read once."""
-    monkeypatch.chdir(tmp_path)
-    environment.write_exr(tmp_path / "sky.exr", environment.bake(contrasty, 128))
+@pytest.fixture(scope="module")
+def load(tmp_path_factory):
+    """``load(max_depth=...)`` gives the scene, read once."""
+    folder = tmp_path_factory.mktemp("sky")
+    environment.write_exr(folder / "sky.exr", environment.bake(contrasty, 128))
 
-    def scene_of(max_depth=16, spheres=SPHERES):
-        return ir.Scene.load(scene(spheres, CAMERA, {"map": "sky.exr"}, samples=4, seed=1, max_depth=max_depth))
+    def scene_of(max_depth=16):
+        return ir.Scene.load(scene(SPHERES, CAMERA, {"map": "sky.exr"}, samples=4, seed=1, max_depth=max_depth))
 
-    return scene_of
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        yield scene_of
 
 
 def renders(loaded, samples, seeds):
@@ -52,10 +55,16 @@ def blocks(images):
     return images.reshape(*front, height // 4, 4, width // 4, 4, channels).mean(axis=(-4, -2))
 
 
-def reference(loaded, first_seed=50_000):
-    """A mean of eight independent pictures at 256 samples, and its standard error."""
-    images = renders(loaded, 256, range(first_seed, first_seed + 8))
-    return images.mean(axis=0), images.std(axis=0, ddof=1) / np.sqrt(8)
+@pytest.fixture(scope="module")
+def reference(load):
+    """``reference(max_depth)``: a mean of eight independent pictures at 256 samples, and its standard error; drawn once."""
+
+    @functools.cache
+    def drawn(max_depth=16):
+        images = renders(load(max_depth=max_depth), 256, range(50_000, 50_008))
+        return images.mean(axis=0), images.std(axis=0, ddof=1) / np.sqrt(8)
+
+    return drawn
 
 
 def test_threads_change_nothing(load):
@@ -82,19 +91,18 @@ def test_seeds_differ(load, samples):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("samples", [1, 16])
-def test_seeds_are_independent_and_unbiased(load, samples):
+def test_seeds_are_independent_and_unbiased(load, reference, samples):
     """The mean of many seeds is the converged picture, within the standard error that independent seeds have."""
-    loaded = load()
-    wanted, error = reference(loaded)
-    result = z_test(renders(loaded, samples, range(1, 1 + {1: 256, 16: 64}[samples])), wanted, error)
+    wanted, error = reference()
+    result = z_test(renders(load(), samples, range(1, 1 + {1: 256, 16: 64}[samples])), wanted, error)
     assert result.passes(), result
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("max_depth", [1, 2, 5])
-def test_depth_changes_noise_only(load, max_depth):
+def test_depth_changes_noise_only(load, reference, max_depth):
     """What is left at max_depth is not dropped: the mean of many pictures at a small depth is that of a large one."""
-    wanted, error = reference(load(max_depth=32))
+    wanted, error = reference(32)
     # A rare choice weighs much at small depths, so single pixels are skewed far from normal at any affordable number of
     # pictures; blocks of 4 x 4 are not.
     images = blocks(renders(load(max_depth=max_depth), 8, range(1000, 1120)))
@@ -106,18 +114,18 @@ def test_depth_changes_noise_only(load, max_depth):
 
 
 @pytest.mark.slow
-def test_what_depth_one_leaves_over_is_much(load):
+def test_what_depth_one_leaves_over_is_much(load, reference):
     """Half of the light in the middle of these spheres has met more than two films: dropping it could not go unseen."""
     xyz = ir.render(load(max_depth=1), samples=64).xyz
-    wanted, _ = reference(load(max_depth=16))
+    wanted, _ = reference()
     assert abs(xyz[..., 1].mean() / wanted[..., 1].mean() - 1.0) < 0.05
 
 
 @pytest.mark.slow
-def test_more_samples_less_error(load):
+def test_more_samples_less_error(load, reference):
     """Four times the samples: at most a third of the squared error in every step; plain Monte Carlo gets a quarter."""
     loaded = load()
-    wanted, _ = reference(loaded)
+    wanted, _ = reference()
     errors = [float(np.mean((renders(loaded, n, range(70, 78)) - wanted) ** 2)) for n in (1, 4, 16, 64)]
     for coarse, fine in itertools.pairwise(errors):
         assert fine < coarse / 3.0, errors
