@@ -40,8 +40,8 @@ pub use exr::open_exr;
 pub use exr::{Channel, OpenExr, Picture, Plane, Table, Values, read_tables, write_exr, write_tables};
 pub use facts::{Fact, Facts};
 pub use grid::{
-    Grid, MAX_GRID_BYTES, MapChoice, decode as read_grid, decode_thickness, decode_transforms, read_thickness_map,
-    thickness_exr,
+    Grid, MAX_GRID_BYTES, MapChoice, MapOf, decode_of as read_grid, decode_thickness, decode_transforms,
+    read_thickness_map, thickness_exr,
 };
 pub use index::read_medium;
 pub use journal::{Journal, Record};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use iridesce_files::{Mesh, quoted};
+use iridesce_files::{MapOf, Mesh, quoted};
 use iridesce_numerics::Watch;
 
 use crate::affine::Affine;
@@ -81,7 +81,7 @@ impl Bodies {
         let bump = match &object.bump {
             None => None,
             Some(bump) => {
-                let grid = maps.thickness(&bump.file, watch);
+                let grid = maps.grid(&bump.file, MapOf::Height, watch);
                 watch.check()?;
                 let grid = grid.map_err(|e| at(e, "bump.map"))?;
                 Some(Heights::new(grid.shares(), bump.height))

@@ -152,8 +152,10 @@ impl Checker<'_> {
     fn leaf(&self, node: &Node, takes: Takes, path: &str) -> Result<(), SceneError> {
         let must = |is: bool, what: &str| if is { Ok(()) } else { Err(wrong(node, path, what)) };
         let numbers = || as_number(node).map(|one| vec![one]).or(as_numbers(node)).unwrap_or_default();
-        let are_shares = |counts: [usize; 2]| {
-            counts.contains(&numbers().len()) && numbers().iter().all(|share| (0.0..=1.0).contains(share))
+        // One share by itself, or a list of so many: a list of one is half a pair.
+        let are_shares = |count: usize| {
+            let has_all = as_number(node).is_some() || numbers().len() == count;
+            has_all && numbers().iter().all(|share| (0.0..=1.0).contains(share))
         };
         match takes {
             Takes::Number(range) => number(node, range, path),
@@ -194,11 +196,9 @@ impl Checker<'_> {
                     Err(SceneError::new(message).at(path, node.line))
                 }
             }),
-            Takes::Reflectance(_) => {
-                must(are_shares([1, 3]), "a number from 0 to 1, or three of them (linear Rec.709)")
-            }
+            Takes::Reflectance(_) => must(are_shares(3), "a number from 0 to 1, or three of them (linear Rec.709)"),
             Takes::Roughness(_) => {
-                must(are_shares([1, 2]), "a number from 0 to 1, two of them (along u and along v) or a map")
+                must(are_shares(2), "a number from 0 to 1, two of them (along u and along v) or a map")
             }
             Takes::Thickness(_) => match &node.value {
                 Value::Int(_) | Value::Float(_) => number(node, THICKNESS, path),

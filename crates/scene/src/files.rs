@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use iridesce_files::{
     EnvironmentMap, Grid, MAX_ENVIRONMENT_BYTES, MAX_GRID_BYTES, MAX_MESH_BYTES, MAX_PHOTOGRAPH_BYTES,
-    MAX_SPECTRUM_BYTES, MapChoice, Mesh, MeshFormat, NoAnswer, OpenEdge, aside, check_ordinary, decode_mesh,
+    MAX_SPECTRUM_BYTES, MapChoice, MapOf, Mesh, MeshFormat, NoAnswer, OpenEdge, aside, check_ordinary, decode_mesh,
     decode_transforms, quoted, read_environment, read_grid, read_photograph, read_whole_watched,
 };
 use iridesce_numerics::Watch;
@@ -46,7 +46,7 @@ fn content(file: &MapFile, most: u64, watch: &Watch) -> Result<Vec<u8>, String> 
 #[derive(Debug, Default)]
 pub struct Maps {
     environments: Cache<MapFile, Arc<EnvironmentMap>>,
-    thicknesses: Cache<MapFile, Grid>,
+    grids: Cache<(MapFile, MapOf), Grid>,
     swirls: Cache<[u64; 3], Arc<ThicknessMap>>,
     reflectances: Cache<MapFile, Planes>,
     meshes: Cache<(MapFile, Unit), Arc<Mesh>>,
@@ -58,7 +58,7 @@ impl Maps {
     /// From now on older maps may be forgotten.
     pub fn next_question(&self) {
         self.environments.next_question();
-        self.thicknesses.next_question();
+        self.grids.next_question();
         self.swirls.next_question();
         self.reflectances.next_question();
         self.meshes.next_question();
@@ -76,21 +76,21 @@ impl Maps {
         })
     }
 
-    /// The thickness map in a file.
-    pub fn thickness(&self, file: &MapFile, watch: &Watch) -> Result<Grid, SceneError> {
+    /// The map of thickness, roughness or heights in a file.
+    pub fn grid(&self, file: &MapFile, of: MapOf, watch: &Watch) -> Result<Grid, SceneError> {
         let choice = MapChoice { channel: file.channel.as_deref(), page: file.page };
-        self.thicknesses.get(file, || {
+        self.grids.get(&(file.clone(), of), || {
             content(file, MAX_GRID_BYTES, watch)
-                .and_then(|bytes| read_grid(&bytes, &choice, watch))
+                .and_then(|bytes| read_grid(of, &bytes, &choice, watch))
                 .map(|grid| (grid.bytes(), grid))
-                .map_err(|why| cannot_be_used(file, "a thickness map", &why))
+                .map_err(|why| cannot_be_used(file, of.map(), &why))
         })
     }
 
     /// The roughness in a file, of which 0 means `min` and 1 `max`.
     pub fn roughness(&self, file: &MapFile, min: f64, max: f64, watch: &Watch) -> Result<Planes, SceneError> {
-        let grid = self.thickness(file, watch)?;
-        roughness_plane(&grid, min, max).map_err(|why| cannot_be_used(file, "a roughness map", &why))
+        let grid = self.grid(file, MapOf::Roughness, watch)?;
+        roughness_plane(&grid, min, max).map_err(|why| cannot_be_used(file, MapOf::Roughness.map(), &why))
     }
 
     /// The reflectance map in a file.

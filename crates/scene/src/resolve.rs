@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use iridesce_files::{EnvironmentMap, Mesh};
+use iridesce_files::{EnvironmentMap, MapOf, Mesh};
 use iridesce_flow::{FilmRun, Films, FlowError};
 use iridesce_numerics::Watch;
 use iridesce_optics::color::Illuminant;
@@ -309,7 +309,7 @@ impl Reader<'_> {
         [min_nm, max_nm]: [Option<f64>; 2],
         key: &str,
     ) -> Result<ThicknessModel, ResolveError> {
-        let grid = self.context.maps.thickness(file, self.watch);
+        let grid = self.context.maps.grid(file, MapOf::Thickness, self.watch);
         self.watch.check()?;
         let grid = grid.map_err(|e| self.at(e, &format!("{key}.map")))?;
         self.watch.add(1);

@@ -6,30 +6,40 @@ use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer,
 use iridesce_numerics::Watch;
 use iridesce_thickness::ThicknessMap;
 
-use super::plane::{MapChoice, Plane, Samples, no_page};
+use super::plane::{MapOf, Plane, Samples, Sought, no_page};
 use crate::exr::{OpenExr, open_exr};
 use crate::report::ReadReport;
 use crate::words::quoted;
 
 /// The channel that thickness maps and rendered pictures call so.
 const CHANNEL: &str = "thickness_nm";
-/// Names of a thickness, the surest first; `Z` only as it stands, without a layer: `depth.Z` is no thickness.
-const NAMES: [&str; 3] = [CHANNEL, "thickness", "Z"];
+/// Names of a channel, the surest first; `Z` only as it stands, without a layer: `depth.Z` is no thickness.
+fn names(of: MapOf) -> &'static [&'static str] {
+    match of {
+        MapOf::Thickness => &[CHANNEL, "thickness", "Z"],
+        MapOf::Roughness => &["roughness"],
+        MapOf::Height => &["height", "displacement", "Z"],
+    }
+}
 
-pub fn read(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch, report: &mut ReadReport) -> Result<Plane, String> {
-    no_page(choice, "OpenEXR")?;
+pub fn read(bytes: &[u8], sought: &Sought<'_>, watch: &Watch, report: &mut ReadReport) -> Result<Plane, String> {
+    no_page(sought, "OpenEXR")?;
     let mut open = open_exr(bytes, watch)?;
-    let (place, why) = match choice.channel {
+    let (place, why) = match sought.channel {
         Some(asked) => (open.named(asked)?, "channel ="),
-        None => only(&open)?,
+        None => only(&open, sought.of)?,
     };
     let others: Vec<String> =
         open.channels.iter().enumerate().filter(|(other, _)| *other != place).map(|(_, c)| c.name.clone()).collect();
     let channel = open.channels.swap_remove(place);
     if channel.is_whole {
-        return Err(format!("its channel {} holds whole numbers; floats (nm) are read", quoted(&channel.name)));
+        return Err(format!(
+            "its channel {} holds whole numbers; floats{} are read",
+            quoted(&channel.name),
+            sought.of.in_unit()
+        ));
     }
-    report.take("thickness", &channel.name, "nm", why);
+    report.take(sought.of.name(), &channel.name, sought.of.unit(), why);
     if !others.is_empty() {
         report.drop(format!("the channels {}", crate::words::listed(others.iter().map(String::as_str))));
     }
@@ -41,14 +51,14 @@ pub fn read(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch, report: &mut Re
     Ok(Plane { width: channel.width, height: channel.height, samples: Samples::Nanometres(values) })
 }
 
-/// The channel that is meant where none was named: the only one (transparency apart), or the only one that is called a
-/// thickness. The order of a file or of the alphabet is no reason.
-fn only(open: &OpenExr) -> Result<(usize, &'static str), String> {
+/// The channel that is meant where none was named: the only one (transparency apart), or the only one that is called what
+/// the map is of. The order of a file or of the alphabet is no reason.
+fn only(open: &OpenExr, of: MapOf) -> Result<(usize, &'static str), String> {
     let solid: Vec<usize> = (0..open.channels.len()).filter(|&place| open.channels[place].short != "A").collect();
     if let &[place] = solid.as_slice() {
         return Ok((place, "the only one"));
     }
-    for name in NAMES {
+    for &name in names(of) {
         let found: Vec<usize> = (0..open.channels.len())
             .filter(|&place| match name {
                 "Z" => open.channels[place].short == "Z",
@@ -65,11 +75,14 @@ fn only(open: &OpenExr) -> Result<(usize, &'static str), String> {
         1 => String::new(),
         parts => format!(" in {parts} parts"),
     };
-    Err(format!(
-        "it holds {} channels{parts}; say which is the thickness: channel = {}",
-        open.channels.len(),
-        open.list()
-    ))
+    let (count, list) = (open.channels.len(), open.list());
+    Err(match of {
+        MapOf::Thickness => format!("it holds {count} channels{parts}; say which is the thickness: channel = {list}"),
+        // (Its table has no key for one.)
+        MapOf::Roughness | MapOf::Height => {
+            format!("it holds {count} channels{parts}, {list}; save {} alone, or call its channel {0:?}", of.name())
+        }
+    })
 }
 
 /// A map as an OpenEXR file: one channel `thickness_nm` of single-precision floats.

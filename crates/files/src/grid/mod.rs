@@ -24,8 +24,8 @@ pub mod tiff_file;
 
 pub use exr_file::thickness_exr;
 pub use npy::decode_transforms;
-pub use plane::MapChoice;
-use plane::Samples;
+pub use plane::{MapChoice, MapOf};
+use plane::{Samples, Sought};
 
 /// Largest file of a map: the largest map in double precision, and then some.
 pub const MAX_GRID_BYTES: u64 = 4 << 30;
@@ -57,8 +57,14 @@ pub fn read_thickness_map(
     Ok((grid.in_range_watched(min_nm, max_nm, watch)?, grid.report))
 }
 
-/// The grid in a file's bytes. A watch that stops the work ends it with an error whose words do not matter.
+/// The thickness map in a file's bytes. A watch that stops the work ends it with an error whose words do not matter.
 pub fn decode(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch) -> Result<Grid, String> {
+    decode_of(MapOf::Thickness, bytes, choice, watch)
+}
+
+/// The same for a map of something else: channels are sought by its name, and faults told in its words.
+pub fn decode_of(of: MapOf, bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch) -> Result<Grid, String> {
+    let sought = Sought { of, channel: choice.channel, page: choice.page };
     let mut report = ReadReport::default();
     let format = match bytes {
         [0x76, 0x2F, 0x31, 0x01, ..] => "OpenEXR",
@@ -70,10 +76,10 @@ pub fn decode(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch) -> Result<Gri
     };
     format.clone_into(&mut report.format);
     let read = || match format {
-        "OpenEXR" => exr_file::read(bytes, choice, watch, &mut report),
-        "PNG" => png_file::read(bytes, choice, watch, &mut report),
-        "TIFF" => tiff_file::read(bytes, choice, watch, &mut report),
-        _ => npy::read(bytes, choice, watch, &mut report),
+        "OpenEXR" => exr_file::read(bytes, &sought, watch, &mut report),
+        "PNG" => png_file::read(bytes, &sought, watch, &mut report),
+        "TIFF" => tiff_file::read(bytes, &sought, watch, &mut report),
+        _ => npy::read(bytes, &sought, watch, &mut report),
     };
     // A file made to trip a decoder must not take the program with it.
     let plane = catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| Err("it is damaged".to_owned()))?;
@@ -87,11 +93,14 @@ pub fn decode(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch) -> Result<Gri
     if let Some(at) = values.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
         let (row, column) = (at / plane.width, at % plane.width);
         return Err(format!(
-            "it holds {} at row {row}, column {column}; every value must be a finite thickness in nm, >= 0",
-            values[at]
+            "it holds {} at row {row}, column {column}; every value must be {}",
+            values[at],
+            of.rule()
         ));
     }
-    if is_share {
+    if of != MapOf::Thickness {
+        // Numbers as they stand: nothing was guessed.
+    } else if is_share {
         report.note("whole numbers: 0 means min_nm, the largest of the format max_nm");
     } else {
         let mut some: Vec<f64> = values.iter().copied().step_by((values.len() / 4096).max(1)).collect();

@@ -3,7 +3,7 @@
 use exr::prelude::f16;
 use iridesce_numerics::Watch;
 
-use super::plane::{MapChoice, Plane, Samples, no_page};
+use super::plane::{Plane, Samples, Sought, no_page};
 use crate::input::gathered;
 use crate::limits::check_size;
 use crate::report::ReadReport;
@@ -14,9 +14,9 @@ const MAX_HEADER: usize = 65_536;
 /// Most transforms of a file: their boxes then take some gigabytes.
 const MAX_TRANSFORMS: usize = 1 << 24;
 
-pub fn read(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch, report: &mut ReadReport) -> Result<Plane, String> {
-    no_page(choice, "NPY")?;
-    if let Some(channel) = choice.channel {
+pub fn read(bytes: &[u8], sought: &Sought<'_>, watch: &Watch, report: &mut ReadReport) -> Result<Plane, String> {
+    no_page(sought, "NPY")?;
+    if let Some(channel) = sought.channel {
         return Err(format!("channel must be left out: an NPY file has one, got {}", quoted(channel)));
     }
     let (header, data) = parts(bytes)?;
@@ -33,11 +33,12 @@ pub fn read(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch, report: &mut Re
     };
     if size == 0 || !matches!(order, "<" | ">" | "|") {
         return Err(format!(
-            "its numbers are of type {}; float16, float32, float64 (nm), uint8 and uint16 (a range) are read",
-            quoted(kind)
+            "its numbers are of type {}; float16, float32, float64{}, uint8 and uint16 (a range) are read",
+            quoted(kind),
+            sought.of.in_unit()
         ));
     }
-    report.take("thickness", kind, "", "the only one");
+    report.take(sought.of.name(), kind, "", "the only one");
     let cells = width * height;
     if data.len() != cells * size {
         return Err(format!(

@@ -2,7 +2,7 @@
 
 use iridesce_numerics::Watch;
 
-use super::plane::{MapChoice, Plane, Samples, no_page, one_of};
+use super::plane::{Plane, Samples, Sought, no_page, one_of};
 use crate::input::{Input, gathered};
 use crate::limits::{check_ratio, check_size, room};
 use crate::report::ReadReport;
@@ -23,8 +23,8 @@ pub struct PngPicture {
     pub icc: Option<Vec<u8>>,
 }
 
-pub fn read(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch, report: &mut ReadReport) -> Result<Plane, String> {
-    no_page(choice, "PNG")?;
+pub fn read(bytes: &[u8], sought: &Sought<'_>, watch: &Watch, report: &mut ReadReport) -> Result<Plane, String> {
+    no_page(sought, "PNG")?;
     let (frame, data, _) = decode(bytes, false, watch)?;
     let samples: Vec<f64> = match frame.bit_depth {
         png::BitDepth::Sixteen => gathered(
@@ -39,7 +39,7 @@ pub fn read(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch, report: &mut Re
         3 => &["R", "G", "B"],
         _ => &["R", "G", "B", "A"],
     };
-    let shares = one_of(samples, names, choice, watch, report)?;
+    let shares = one_of(samples, names, sought, watch, report)?;
     Ok(Plane { width: frame.width as usize, height: frame.height as usize, samples: Samples::Shares(shares) })
 }
 

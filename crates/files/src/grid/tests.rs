@@ -227,6 +227,30 @@ fn the_channel_of_an_exr_is_the_only_one_or_the_one_that_is_named() {
     assert!(chosen(&file, Some("R"), Some(2)).unwrap_err().contains("page must be 1"));
 }
 
+#[test]
+fn faults_are_told_in_the_words_of_what_the_map_is_of() {
+    let told = |of: MapOf, file: &[u8]| {
+        super::decode_of(of, file, &MapChoice::default(), &Watch::new()).map(|grid| grid.report.notes)
+    };
+    let colour = png(png::ColorType::Rgb, png::BitDepth::Eight, 1, &[1, 2, 3, 4, 4, 4]);
+    let number = |value: f64| npy("<f8", false, "(1, 1)", &value.to_le_bytes());
+    let words = npy("<U3", false, "(2, 3)", &[0; 48]);
+    let two = exr_of(&[("a", &[("G", 0.25), ("R", 0.5)])]);
+    for (of, name) in [(MapOf::Roughness, "roughness"), (MapOf::Height, "height")] {
+        for (file, said) in [(&colour, "in grey"), (&number(-1.0), name), (&words, "float64,"), (&two, "2 channels, ")]
+        {
+            let error = told(of, file).unwrap_err();
+            assert!(error.contains(said), "{error}");
+            for foreign in ["thickness", "nm", "channel ="] {
+                assert!(!error.contains(foreign), "{error}");
+            }
+        }
+        assert_eq!(told(of, &number(1e-9)), Ok(vec![]), "no guess at a unit");
+        assert_eq!(told(of, &exr_of(&[("a", &[("thickness", 0.25), (name, 0.5)])])), Ok(vec![]));
+    }
+    assert!(told(MapOf::Thickness, &colour).unwrap_err().contains("name the channel"));
+}
+
 /// A TIFF of pages of 3 x 2 numbers 0, 1, ... each page a hundred more, with tags.
 fn tiff_of(pages: u16, orientation: u16, description: &str) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());

@@ -4,7 +4,7 @@ use iridesce_numerics::Watch;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::{PhotometricInterpretation, Tag};
 
-use super::plane::{MapChoice, Plane, Samples, one_of};
+use super::plane::{Plane, Samples, Sought, one_of};
 use crate::input::{Input, gathered};
 use crate::limits::{check_ratio, check_size, room};
 use crate::orient::upright;
@@ -30,8 +30,8 @@ pub struct Page {
     pub icc: Option<Vec<u8>>,
 }
 
-pub fn read(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch, report: &mut ReadReport) -> Result<Plane, String> {
-    let Page { width, height, channels, values, description, .. } = page(bytes, choice.page, watch, report)?;
+pub fn read(bytes: &[u8], sought: &Sought<'_>, watch: &Watch, report: &mut ReadReport) -> Result<Plane, String> {
+    let Page { width, height, channels, values, description, .. } = page(bytes, sought.page, watch, report)?;
     let names: &[&str] = match channels {
         1 => &["grey"],
         2 => &["grey", "A"],
@@ -40,11 +40,11 @@ pub fn read(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch, report: &mut Re
         _ => return Err(format!("its pixels hold {channels} numbers; save it in grey, one number a pixel")),
     };
     let floats = |values: Vec<f64>, report: &mut ReadReport| -> Result<Samples, String> {
-        Ok(Samples::Nanometres(one_of(values, names, choice, watch, report)?))
+        Ok(Samples::Nanometres(one_of(values, names, sought, watch, report)?))
     };
     let whole = |values: Vec<f64>, most: f64, report: &mut ReadReport| -> Result<Samples, String> {
         let calibration = Calibration::of(&description)?;
-        let values = one_of(values, names, choice, watch, report)?;
+        let values = one_of(values, names, sought, watch, report)?;
         Ok(match calibration {
             Some(Calibration { c0, c1, nm }) => {
                 report.note(format!("ImageJ's calibration is applied: nm = {nm} ({c0} + {c1} v)"));
@@ -73,11 +73,10 @@ pub fn read(bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch, report: &mut Re
             whole(gathered(values.into_iter().map(f64::from), watch)?, f64::from(u16::MAX), report)?
         }
         _ => {
-            return Err(
-                "its numbers must be floats of 16, 32 or 64 bits (nm) or whole numbers, >= 0, of 8 or 16 bits \
-                        (a range)"
-                    .into(),
-            );
+            return Err(format!(
+                "its numbers must be floats of 16, 32 or 64 bits{} or whole numbers, >= 0, of 8 or 16 bits (a range)",
+                sought.of.in_unit()
+            ));
         }
     };
     watch.check().map_err(|stopped| stopped.to_string())?;
