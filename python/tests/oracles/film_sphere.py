@@ -23,7 +23,8 @@ from .camera import camera_rays, pixel_places, unit
 from .film import film_powers
 from .spectra import Light
 
-Environment = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+# The radiance of unit directions, or one for all of them.
+Environment = Callable[[NDArray[np.float64]], NDArray[np.float64]] | float
 CHUNK = 1024  # rays worked on at a time: 1024 rays x 471 wavelengths x 2 polarisations stay near the cache
 EXACT = 1e-12  # what is still under way below this share of the light is left out
 PICTURE = 1e-3  # the same for a picture; a lossless remainder is then given the light of where it is going
@@ -64,6 +65,11 @@ class FilmSphere:
         return (reach > 0.0) & (distance > 0.0), distance, inside
 
 
+def radiance_of(environment: Environment, direction: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The light of directions (..., 3)."""
+    return environment(direction) if callable(environment) else np.full(direction.shape[:-1], float(environment))
+
+
 def _trace(
     sphere: FilmSphere,
     rays: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
@@ -87,16 +93,20 @@ def _trace(
     else:
         reflectance, transmittance = film.at(sphere.thickness_nm(place[:, 1]))
         mirrored = direction + 2.0 * cosine[:, None] * outward
-        total += np.sum(under_way * reflectance, axis=0) * environment(mirrored)[:, None]
+        total += np.sum(under_way * reflectance, axis=0) * radiance_of(environment, mirrored)[:, None]
         under_way *= transmittance
         hit, going = outward + 2.0 * cosine[:, None] * direction, direction
     active = np.arange(len(place))
     even = sphere.top_nm == sphere.bottom_nm  # the same film at the same angle: nothing changes from hit to hit
     reflectance, transmittance = film.at(sphere.thickness_nm(center[1] + sphere.radius * hit[:, 1]))
+    if even and not callable(environment):
+        # The same share of the same light at every hit: a geometric series.
+        total += environment * np.sum(under_way * transmittance / (1.0 - reflectance), axis=0)
+        return total @ light.weights
     while len(active):
         if not even:
             reflectance, transmittance = film.at(sphere.thickness_nm(center[1] + sphere.radius * hit[:, 1]))
-        total[active] += np.sum(under_way * transmittance, axis=0) * environment(going)[:, None]
+        total[active] += np.sum(under_way * transmittance, axis=0) * radiance_of(environment, going)[:, None]
         under_way *= reflectance
         keep = under_way.max(axis=(0, 2)) > step
         # mirror the direction at the inside of the sphere, then cross the next chord (unit radius)
@@ -106,7 +116,7 @@ def _trace(
         if keep.all():
             continue
         if not np.iscomplexobj(index):
-            total[active[~keep]] += under_way[:, ~keep].sum(axis=0) * environment(turned[~keep])[:, None]
+            total[active[~keep]] += under_way[:, ~keep].sum(axis=0) * radiance_of(environment, turned[~keep])[:, None]
         active, under_way, hit, going = active[keep], under_way[:, keep], hit[keep], turned[keep]
         film, reflectance, transmittance = film.of(keep), reflectance[:, keep], transmittance[:, keep]
     return total @ light.weights
@@ -120,10 +130,10 @@ def radiance_xyz(
     light: Light | None = None,
     step: float = EXACT,
 ) -> NDArray[np.float64]:
-    """XYZ (rays, 3) along rays (rays, 3); ``environment``: radiance of unit directions, ``light``: its spectrum."""
+    """XYZ (rays, 3) along rays (rays, 3); ``environment``: the light around, ``light``: its spectrum."""
     light = light or spectra.lamp()
     hits, distance, inside = sphere.first_hit(origin, direction)
-    xyz = environment(direction)[:, None] * light.weights.sum(axis=0)
+    xyz = radiance_of(environment, direction)[:, None] * light.weights.sum(axis=0)
     chosen = np.flatnonzero(hits)
     for start in range(0, len(chosen), CHUNK):
         part = chosen[start : start + CHUNK]

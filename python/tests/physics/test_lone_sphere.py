@@ -107,7 +107,7 @@ def test_closed_form_under_other_lamps(illuminant, light):
     """Absorbing film, so that a uniform light shows the film's spectrum; lines are true lines."""
     sphere = FilmSphere(1.8 + 0.25j, 100.0, 500.0)
     camera = {**CLOSE, "resolution": [24, 18]}
-    wanted = picture(sphere, camera, lambda d: np.full(d.shape[:-1], 2.5), light)
+    wanted = picture(sphere, camera, 2.5, light)
     got = ir.render(scene([sphere], camera, {"illuminant": illuminant, "radiance": 2.5}, samples=1024, seed=5)).xyz
     error = relative_error(got[..., :2], wanted[..., :2])  # Z of a yellow line is next to nothing
     assert np.mean(error <= WITHIN) >= 0.99, report(got[..., :2], wanted[..., :2], WITHIN)
