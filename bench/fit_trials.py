@@ -6,7 +6,7 @@ Each spectrum is made by a stack of random thickness with one fault that `fit_th
 faults has several at once. For each fault: the share whose best thickness is of the right order (within a quarter of a fringe
 and 4 %), the share whose truth is among the solutions (same measure), the share answered by an error in words, the median and
 the worst error of the right ones in per cent, the share of their 95 % intervals that hold the truth, which are those of the
-defaults (1 % of index, 0.3 nm of the wavelengths), and the share of answers that come with a note.
+accuracy (1 % of index, 0.3 nm of the wavelengths), and the share of answers that come with a note.
 """
 
 from __future__ import annotations
@@ -248,7 +248,7 @@ def one(task: tuple[str, str, int]) -> tuple[str, float, float, bool, bool, bool
     n = float(np.real(bench.stack().layers[0].medium.index(bench.wavelength_nm.mean())))
     near = min(bench.wavelength_nm.mean() / (8.0 * n) + 0.01 * truth, 0.04 * truth + 3.0)
     errors = [solution.thickness_nm - truth for solution in result]
-    low, high = result.best.interval_nm
+    low, high = result.best.accuracy_interval_nm
     return (
         system, truth, errors[0], abs(errors[0]) < near, min(map(abs, errors)) < near, low <= truth <= high,
         sum("said of the film's index" not in note for note in result.notes),

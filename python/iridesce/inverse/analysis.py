@@ -39,7 +39,7 @@ from iridesce.inverse.remarks import Known, remarks
 from iridesce.inverse.results import FitResult, Solution, apart, order_share
 from iridesce.inverse.search import round_trip_rate, starts
 from iridesce.inverse.solve import Data, Fitted, Solver, student
-from iridesce.inverse.tolerances import Tolerances, by_index_off
+from iridesce.inverse.tolerances import Tolerances, by_index_off, widened
 from iridesce.optics.averages import FWHM
 
 # Explanations whose probability is below this share of the best one's are not listed.
@@ -288,17 +288,20 @@ class Analysis:
         turns = float(np.ptp(round_trip_rate(self.problem, self.data.wavelength_nm, 0))) / (2.0 * math.pi)
         thin = thickness * turns < _FRINGES_OF_A_LAMP
         moved, per_percent = by_index_off(engine, off, peak, tolerances.index, bounds if thin else None, 0.02 / rate)
-        moved = math.hypot(moved, thickness * tolerances.of_wavelengths(self.problem, self.data.wavelength_nm, 0))
-        wide = student(probability, 1e6) * moved
-        interval = (max(thickness - math.hypot(low, wide), 0.0), thickness + math.hypot(high, wide))
+        by_nm = thickness * tolerances.of_wavelengths(self.problem, self.data.wavelength_nm, 0)
+        said = math.hypot(moved if tolerances.stated else 0.0, by_nm if tolerances.stated_nm else 0.0)
+        reach, usual = student(probability, 1e6), math.hypot(moved, by_nm)
+        interval, accurate = (widened(thickness, low, high, reach * sd) for sd in (said, usual))
         parameters = np.array([thickness, *start[1:]])
-        told = self._told(engine, model, parameters, peak.best, thickness, interval, math.hypot(peak.sd_nm, moved), {})
+        told = self._told(engine, model, parameters, peak.best, thickness, interval, math.hypot(peak.sd_nm, said), {})
         return (
             replace(
                 told,
                 nm_per_percent_of_index=per_percent,
                 precision_nm=peak.sd_nm,
                 precision_interval_nm=(max(thickness + low, 0.0), thickness + high),
+                accuracy_nm=math.hypot(peak.sd_nm, usual),
+                accuracy_interval_nm=accurate,
             ),
             peak.log_mass,
             peak.at_end,
@@ -343,15 +346,24 @@ class Analysis:
         mass += math.log(2.0) * (axes - self.unknown)
         deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         reach = student(probability, freedom)
-        shared = tolerances.of_layers(self.problem, self.data.wavelength_nm, (solver, fitted, free))
-        intervals, precise = [], []
-        for place, (value, sd) in enumerate(zip(thickness, shared, strict=True)):
-            low, high = solver.interval(fitted, free, place, float(reach * deviation[place]), reach**2 * unit_variance)
-            wide = reach * sd
-            precise.append((low, high))
-            intervals.append((max(value - math.hypot(value - low, wide), 0.0), value + math.hypot(high - value, wide)))
+        precise = [
+            solver.interval(fitted, free, place, float(reach * deviation[place]), reach**2 * unit_variance)
+            for place in range(self.unknown)
+        ]
         precisions = tuple(float(one) for one in deviation[: self.unknown])
-        deviations = tuple(math.hypot(one, sd) for one, sd in zip(precisions, shared, strict=True))
+        (intervals, deviations), (accurate, accuracies) = (
+            (
+                [
+                    widened(h, low - h, high - h, reach * sd)
+                    for h, (low, high), sd in zip(thickness, precise, off, strict=True)
+                ],
+                tuple(math.hypot(one, sd) for one, sd in zip(precisions, off, strict=True)),
+            )
+            for off in (
+                one.of_layers(self.problem, self.data.wavelength_nm, (solver, fitted, free))
+                for one in (tolerances.said(), tolerances)
+            )
+        )
         index: dict[int, dict[str, float]] = {}
         at = self.unknown
         for place, model in zip(self.problem.unknown, self.problem.index, strict=True):
@@ -373,6 +385,8 @@ class Analysis:
             self._told(engine, self.model, fitted.parameters, best, *shown, index),
             precision_nm=several(precisions),
             precision_interval_nm=several(precise),
+            accuracy_nm=several(accuracies),
+            accuracy_interval_nm=several(accurate),
         )
         return told, mass, at_end
 

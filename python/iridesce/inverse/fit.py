@@ -117,8 +117,10 @@ def fit_thickness(
                    per cent unless ``gain`` says otherwise, and channels without light are dropped             (n,)
     reference_stack  a `Stack` or text, "air / Si"; None: a perfect mirror (a free path, for transmittance)
     index_tolerance  standard deviation of the film's index, relative: intervals hold what the film moves with it, which no
-                   misfit shows. None: 0.01, and a note says so; 0: the index is exact. Of an index that is fitted it is not used
-    wavelength_tolerance_nm  standard deviation of the spectrometer's wavelengths, all off alike: intervals hold it. None: 0.3
+                   misfit shows. None: nothing is known of it; intervals take it as exact, ``accuracy_interval_nm`` holds 0.01,
+                   and a note says so. Of an index that is fitted it is not used
+    wavelength_tolerance_nm  standard deviation of the spectrometer's wavelengths, all off alike: intervals hold it. None: they
+                   take them as exact, and ``accuracy_interval_nm`` holds 0.3
     measurements   several `Measurement` of one film instead of wavelength_nm and measured: they share thicknesses, index
                    ("constant" at most) and an error of the angle; gain, baseline, noise, angle are those of each. Instruments'
                    lines are taken as points, thicknesses looked for up to 10 000 nm (several unknowns: 1 000)

@@ -340,11 +340,14 @@ class Joint:
         thickness = [float(one) for one in peak.x[: self.unknown]]
         moved = self._moved_by_index(peak, weight)
         by_nm = [self.tolerances.of_wavelengths(self.problem, self.grid_nm, which) for which in range(self.unknown)]
-        whole = [math.hypot(*three) for three in zip(sd.tolist(), moved, np.multiply(thickness, by_nm), strict=False)]
+        by_nm = np.multiply(thickness, by_nm).tolist()
+        accuracy = [math.hypot(*three) for three in zip(sd.tolist(), moved, by_nm, strict=False)]
+        said = by_nm if self.tolerances.stated_nm else [0.0] * self.unknown
+        whole = [math.hypot(*two) for two in zip(sd.tolist(), said, strict=False)]
         precision = self._precision(peak)
-        intervals, precise = (
+        intervals, precise, accurate = (
             [(max(h - reach * s, 0.0), h + reach * s) for h, s in zip(thickness, sds, strict=True)]
-            for sds in (whole, precision)
+            for sds in (whole, precision, accuracy)
         )
         index = {}
         for place, which in enumerate(self.axes.index):
@@ -378,6 +381,8 @@ class Joint:
             float(peak.x[-1]) if self.axes.angle_sd > 0.0 else 0.0,
             precision_nm=precision[0] if lone else tuple(precision),
             precision_interval_nm=precise[0] if lone else tuple(precise),
+            accuracy_nm=accuracy[0] if lone else tuple(accuracy),
+            accuracy_interval_nm=accurate[0] if lone else tuple(accurate),
         )
 
     def _moved_by_index(self, peak: _Peak, weight: float) -> list[float]:

@@ -67,9 +67,9 @@ def remarks(
     if not tolerances.stated and known.single and verdict != "none" and best.nm_per_percent_of_index is not None:
         # Index and thickness cannot be told apart: what is taken of the index is said, with what it makes.
         yield (
-            f"nothing was said of the film's index: the interval takes it as good to {100.0 * tolerances.index:g} % (standard "
-            f"deviation), of which the thickness moves by {100.0 * tolerances.index * best.nm_per_percent_of_index:.2g} nm, and "
-            "no misfit shows it; index_tolerance= says better, 0 that it is exact"
+            "nothing was said of the film's index: the interval takes it as exact, and the accuracy as good to "
+            f"{100.0 * tolerances.index:g} % (standard deviation), of which the thickness moves by "
+            f"{100.0 * tolerances.index * best.nm_per_percent_of_index:.2g} nm, and no misfit shows it; index_tolerance= says it"
         )
 
 

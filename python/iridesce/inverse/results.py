@@ -22,8 +22,10 @@ class Solution:
 
     thickness_nm     float, or a tuple where several are unknown (in the order of the layers)
     interval_nm      (low, high) that holds the thickness with the asked probability if this is the right order: noise, response,
-                     and what all channels share, the tolerances of index and wavelengths; a tuple of such pairs for several
+                     and the tolerances of index and wavelengths that were stated; a tuple of such pairs for several
     sd_nm            standard deviation of all that, of a straight-line estimate
+    accuracy_interval_nm, accuracy_nm    the same with what is usual where nothing was stated: 1 % of the film's index, 0.3 nm of
+                     the wavelengths
     precision_interval_nm, precision_nm  the same of noise and response alone, index and wavelengths taken as exact: by this
                      films of one material on one instrument can be told apart
     misfit           root mean square of measured - fitted, in the unit of the measurement
@@ -35,7 +37,7 @@ class Solution:
     resolution_nm    full width at half maximum of the instrument's line (fitted, or as given)
     kappa            by how much the noise had to be larger than stated for the best explanation: 1, 3 or 10
     nm_per_percent_of_index  how far the thickness moves, nm, where the film's index is 1 % off: fringes show their product, so no
-                     misfit tells it, and the interval holds it by ``index_tolerance``. None where several are unknown
+                     misfit tells it, and the interval holds it by ``index_tolerance`` alone. None where several are unknown
     angle_offset_deg  of joint fits with ``angle_tolerance_deg``: by how much the angles were found to be larger
     index            for each fitted index, by layer number: {"n": ...} or Cauchy's {"A": ..., "B_um2": ...}, with "sd" each
     wavelength_nm, fitted  the fitted curve in the unit of the measurement
@@ -68,6 +70,8 @@ class Solution:
     nm_per_percent_of_index: float | None = None
     precision_nm: Any = math.nan
     precision_interval_nm: Any = (math.nan, math.nan)
+    accuracy_nm: Any = math.nan
+    accuracy_interval_nm: Any = (math.nan, math.nan)
 
     def to_dict(self) -> dict[str, Any]:
         """All but the curve, as plain values.
@@ -158,7 +162,7 @@ class FitResult(Sequence[Solution]):
         >>> film = ir.Stack(["air", ir.Layer(1.33, thickness_nm=500.0), "air"])
         >>> ax = ir.fit_thickness(nm, film.reflectance(nm), film).plot()
         >>> ax.get_lines()[1].get_label()
-        '500.0 nm'
+        '500.00 nm'
         """
         from iridesce.plot import _fit
 
@@ -201,10 +205,10 @@ def _table(result: FitResult) -> list[str]:
         several = not isinstance(solution.thickness_nm, float)
         values = solution.thickness_nm if several else (solution.thickness_nm,)
         intervals = solution.interval_nm if several else (solution.interval_nm,)
-        precisions = solution.precision_nm if several else (solution.precision_nm,)
+        accuracies = solution.accuracy_nm if several else (solution.accuracy_nm,)
         words = [
-            f"{value:.2f} nm ({percent}: {low:.2f} to {high:.2f}; precision {precision:.2g})"
-            for value, (low, high), precision in zip(values, intervals, precisions, strict=True)
+            f"{value:.2f} nm ({percent}: {low:.2f} to {high:.2f}; accuracy {accuracy:.2g})"
+            for value, (low, high), accuracy in zip(values, intervals, accuracies, strict=True)
         ]
         for place, entry in solution.index.items():
             words.append(f"layer {place} " + ", ".join(f"{name} {value:.4g}" for name, value in entry.items()))

@@ -48,7 +48,7 @@ _SINGLE = 64
 # Where no lamp comes of the series at once, so many spectra are fitted alone, and so many of these have to be clear.
 _ALONE, _LEAST_ALONE = 6, 3
 _WORST_KAPPA = 10.0
-_EXACT = Tolerances(0.0, 0.0, True)
+_EXACT = Tolerances(0.0, 0.0, True, True)
 _MOST_VALUES = 200_000_000
 
 
@@ -89,7 +89,8 @@ def fit_series(
     time_s         ascending; None: 0, 1, 2, ...                                                      (n,)
     dark, reference, reference_stack  as for `ir.fit_thickness`, the same for all spectra             (wavelengths,)
     layer, quantity, angle_deg, polarization, probability, index_tolerance, wavelength_tolerance_nm  as there; the last two are
-                   errors that all spectra share: they are in ``interval_nm``, and not in ``precision_nm``
+                   errors that all spectra share: what is said of them is in ``interval_nm``, and not in ``precision_nm``;
+                   ``accuracy_nm`` holds 0.01 and 0.3 nm where nothing is said
     thickness_range_nm  (low, high); None: 1 to 10 000 nm
     gain           None: unknown; 1.0 for calibrated reflectances
     baseline       "auto": stray light with the lamp's course; "none"
@@ -264,8 +265,8 @@ def _single(
         resolution_nm=course.line * FWHM,
         noise=noise,
         probability=probability,
-        index_tolerance=tolerances.index,
-        wavelength_tolerance_nm=tolerances.wavelength_nm,
+        index_tolerance=tolerances.index if tolerances.stated else None,
+        wavelength_tolerance_nm=tolerances.wavelength_nm if tolerances.stated_nm else None,
     )
 
 
@@ -295,8 +296,11 @@ def _answer(
     best, mass = _best(course, belief, found)
     place = belief.argmax(axis=1)
     sd = np.hypot(found.sd_nm[np.arange(len(best)), place], course.sd_of_lamp(best))
-    shared = math.hypot(tolerances.index, tolerances.of_wavelengths(course.problem, course.nm, 0))
-    half = student(probability, 1e6) * np.hypot(sd, shared * best)
+    said, usual = (
+        math.hypot(one.index, one.of_wavelengths(course.problem, course.nm, 0))
+        for one in (tolerances.said(), tolerances)
+    )
+    half, off = student(probability, 1e6) * np.hypot(sd, said * best), np.hypot(sd, usual * best)
     at_end = (best <= course.bounds[0] + 1e-6) | (best >= course.bounds[1] - 1e-6)
     words = np.where(mass > _CLEAR, "clear", "ambiguous").astype("<U9")
     if not course.learnt and course.light.lamp is None:
@@ -314,10 +318,13 @@ def _answer(
         size = np.array([one.best.kappa if one.best else 1.0 for one in alone])
         best = np.array([one.best.thickness_nm if one.best else np.nan for one in alone])
         low, high = np.array([one.best.interval_nm if one.best else (np.nan, np.nan) for one in alone]).T
-        sd = np.array([one.best.precision_nm if one.best else np.nan for one in alone])
+        sd, off = np.array(
+            [(one.best.precision_nm, one.best.accuracy_nm) if one.best else (np.nan,) * 2 for one in alone]
+        ).T
     best = np.where(words == "none", np.nan, best)
     count = times.size
-    thickness, interval, precision = np.full(count, np.nan), np.full((count, 2), np.nan), np.full(count, np.nan)
+    thickness, interval = np.full(count, np.nan), np.full((count, 2), np.nan)
+    precision, accuracy = np.full(count, np.nan), np.full(count, np.nan)
     order, no_film, verdict, kappa = (
         np.zeros(count),
         np.ones(count),
@@ -326,7 +333,7 @@ def _answer(
     )
     thickness[used], order[used], no_film[used], verdict[used] = best, mass, none, words
     interval[used] = np.stack([low, high], axis=1)
-    kappa[used], precision[used] = size, sd
+    kappa[used], precision[used], accuracy[used] = size, sd, off
     if (size > 1.5).mean() > 0.5:
         notes.append(
             f"the noise is taken {float(np.median(size)):.2g} times larger than estimated: the index, the line, or "
@@ -334,8 +341,8 @@ def _answer(
         )
     if not tolerances.stated and np.isfinite(thickness).any():
         notes.append(
-            f"nothing was said of the film's index: intervals take it as good to {100.0 * tolerances.index:g} % (standard "
-            "deviation), in which all spectra are off alike; index_tolerance= says better, 0 that it is exact"
+            "nothing was said of the film's index: intervals take it as exact, and accuracy_nm as good to "
+            f"{100.0 * tolerances.index:g} % (standard deviation), in which all spectra are off alike; index_tolerance= says it"
         )
     response = course.lamp / float(course.lamp.mean())
     return SeriesResult(
@@ -353,6 +360,7 @@ def _answer(
         probability,
         tuple(notes),
         precision,
+        accuracy,
     )
 
 

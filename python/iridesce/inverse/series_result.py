@@ -25,8 +25,9 @@ class SeriesResult:
 
     time_s        of each spectrum; their numbers where no times were given                      (n,)
     thickness_nm  the likeliest thickness, NaN where no film can be told                         (n,)
-    interval_nm   (low, high) of the asked probability if the order is right, tolerances included (n, 2)
+    interval_nm   (low, high) of the asked probability if the order is right, stated tolerances included (n, 2)
     precision_nm  standard deviation without them: of noise and lamp, by which spectra can be compared    (n,)
+    accuracy_nm   standard deviation with 1 % of index and 0.3 nm of wavelengths where nothing was said of them   (n,)
     probability_of_order  that the order is right, "no film" among the explanations               (n,)
     no_film       probability that there is no film                                              (n,)
     verdict       "clear", "ambiguous", "doubtful", "none", as of `ir.fit_thickness`             (n,)
@@ -58,6 +59,7 @@ class SeriesResult:
     probability: float
     notes: tuple[str, ...]
     precision_nm: Floats = field(default_factory=lambda: np.empty(0))
+    accuracy_nm: Floats = field(default_factory=lambda: np.empty(0))
 
     def __len__(self) -> int:
         return int(self.thickness_nm.size)
@@ -106,6 +108,7 @@ class SeriesResult:
             "no_film": self.no_film,
             "kappa": self.kappa,
             "precision_nm": self.precision_nm,
+            "accuracy_nm": self.accuracy_nm,
         }
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -123,7 +126,7 @@ class SeriesResult:
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     ir.fit_series(nm, film.reflectance(nm), "air / soap ? / air", gain=1.0).save(f"{folder}/series.csv")
         ...     print(Path(folder, "series.csv").read_text().splitlines()[0])
-        time_s,thickness_nm,low_nm,high_nm,verdict,probability_of_order,no_film,kappa,precision_nm
+        time_s,thickness_nm,low_nm,high_nm,verdict,probability_of_order,no_film,kappa,precision_nm,accuracy_nm
         """
         place = Path(file_name(path, rows.FORMATS))
         facts = {
@@ -195,5 +198,5 @@ def no_film(times: Floats, nm: Floats, stack: str, probability: float, notes: li
     none = np.full(count, "none", dtype="<U9")
     return SeriesResult(
         times, empty, np.full((count, 2), np.nan), np.zeros(count), np.ones(count), none, np.ones(count), nm,
-        np.ones_like(nm), False, stack, probability, tuple(notes), empty,
+        np.ones_like(nm), False, stack, probability, tuple(notes), empty, empty,
     )  # fmt: skip

@@ -2,14 +2,15 @@
 
 Fringes show n h / lambda. A film's index and the calibration of a spectrometer are errors that every channel, and every spectrum
 of one instrument, shares: no misfit shows them and no average takes them out (type B of the Guide to the Expression of
-Uncertainty in Measurement, JCGM 100:2008). They stand in the interval beside what noise and response leave open.
+Uncertainty in Measurement, JCGM 100:2008). What was said of them stands in the interval; what is usual, where nothing was said,
+in the accuracy that is told beside it.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,6 +38,16 @@ class Tolerances:
     """Of all wavelengths together."""
     stated: bool
     """Whether the user said how well the index is known."""
+    stated_nm: bool
+    """Whether the user said how well the wavelengths are known."""
+
+    def said(self) -> Tolerances:
+        """What was said alone: the rest taken as exact."""
+        return replace(
+            self,
+            index=self.index if self.stated else 0.0,
+            wavelength_nm=self.wavelength_nm if self.stated_nm else 0.0,
+        )
 
     def of_wavelengths(self, problem: Problem, wavelength_nm: Floats, which: int) -> float:
         """Standard deviation of a thickness, of itself: fringes stay where thickness and wavelengths grow alike."""
@@ -74,7 +85,12 @@ def read_tolerances(index_tolerance: float | None, wavelength_tolerance_nm: floa
         if wavelength_tolerance_nm is None
         else number("wavelength_tolerance_nm", wavelength_tolerance_nm, low=0.0, high=100.0)
     )
-    return Tolerances(index, nm, index_tolerance is not None)
+    return Tolerances(index, nm, index_tolerance is not None, wavelength_tolerance_nm is not None)
+
+
+def widened(thickness_nm: float, low: float, high: float, by_nm: float) -> tuple[float, float]:
+    """The interval from `low` to `high` about a thickness, nm, with an error besides that reaches as far as `by_nm`."""
+    return max(thickness_nm - math.hypot(low, by_nm), 0.0), thickness_nm + math.hypot(high, by_nm)
 
 
 # No film moves by more than this many times the share that its index is off by: 20 nm of soap by 5.

@@ -379,14 +379,15 @@ def test_an_index_that_is_not_sure_widens_the_interval() -> None:
     assert np.ptp(unsure) == pytest.approx(2.0 * 1.96 * 0.01 * 1234.5, rel=0.02)
 
 
-def test_an_index_of_which_nothing_was_told_is_in_the_interval() -> None:
-    """Fringes show n h: the interval holds 1 % of the index, a note says so, and what noise leaves open stands beside."""
+def test_an_index_of_which_nothing_was_told_is_in_the_accuracy() -> None:
+    """Fringes show n h: the accuracy holds 1 % of the index, a note says so, and the interval takes it as exact."""
     values = noisy(clean("air / SiO2 ? / Si", 612.0))
     result = ir.fit_thickness(NM, values, "air / SiO2 ? / Si")
     best = result.best
     assert best.nm_per_percent_of_index == pytest.approx(6.12, rel=0.03)
-    assert best.sd_nm == pytest.approx(6.12, rel=0.03) and best.precision_nm < 0.1
-    assert np.ptp(best.interval_nm) == pytest.approx(2.0 * 1.96 * 6.12, rel=0.03)
+    assert best.accuracy_nm == pytest.approx(6.12, rel=0.03) and best.sd_nm == best.precision_nm < 0.1
+    assert np.ptp(best.accuracy_interval_nm) == pytest.approx(2.0 * 1.96 * 6.12, rel=0.03)
+    assert best.interval_nm == pytest.approx(best.precision_interval_nm)
     assert np.ptp(best.precision_interval_nm) == pytest.approx(2.0 * 1.96 * best.precision_nm, rel=0.1)
     assert (
         sum(
@@ -400,6 +401,7 @@ def test_an_index_of_which_nothing_was_told_is_in_the_interval() -> None:
         assert not any("index" in note for note in told.notes)
         assert told.best.nm_per_percent_of_index == pytest.approx(6.12, rel=0.03)
         assert told.best.precision_interval_nm == pytest.approx(best.precision_interval_nm)
+        assert told.best.sd_nm == pytest.approx(np.hypot(best.precision_nm, 612.0 * stated), rel=0.03)
     # A thin film shows how large n is: 1 % of it is several per cent of the thickness.
     values = noisy(clean("air / soap ? / air", 20.0))
     thin = ir.fit_thickness(NM, values, "air / soap ? / air", gain=1.0, baseline="none")
@@ -407,12 +409,12 @@ def test_an_index_of_which_nothing_was_told_is_in_the_interval() -> None:
 
 
 @pytest.mark.parametrize("off", [-0.01, 0.01])
-def test_a_film_of_another_index_lies_in_the_interval(off: float) -> None:
+def test_a_film_of_another_index_lies_within_the_accuracy(off: float) -> None:
     """Data of a film whose index differs by 1 % from what was said of it, with no word about that."""
     for n, truth in ((1.45, 900.0), (1.6, 2300.0)):
         film = ir.Stack([1.0, ir.Layer(n * (1.0 + off), truth), "Si"])
         result = ir.fit_thickness(NM, noisy(np.asarray(film.reflectance(NM))), [1.0, n, "Si"])
-        low, high = result.best.interval_nm
+        low, high = result.best.accuracy_interval_nm
         assert result.verdict == "clear" and low < truth < high
         assert not result.best.precision_interval_nm[0] < truth < result.best.precision_interval_nm[1]
 
@@ -427,7 +429,7 @@ def test_wavelengths_that_are_off_move_the_film_as_the_interval_says(off: float)
         told = np.sqrt(result.best.sd_nm**2 - result.best.precision_nm**2)
         assert moved == pytest.approx(told, rel=0.25), (text, moved, told)
         plain = ir.fit_thickness(NM, values, text)
-        assert plain.best.interval_nm[0] < truth < plain.best.interval_nm[1]
+        assert plain.best.accuracy_interval_nm[0] < truth < plain.best.accuracy_interval_nm[1]
 
 
 def test_of_two_layers_the_index_of_each_moves_both() -> None:

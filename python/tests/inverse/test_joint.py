@@ -101,24 +101,24 @@ def test_an_index_is_found_with_the_thickness() -> None:
     assert loose.best.sd_nm > 2.0 * tight.best.sd_nm
 
 
-def test_what_was_not_said_of_index_and_wavelengths_is_in_the_interval() -> None:
-    """What a fit finds under an index that is off by hand is what the interval holds."""
+def test_what_was_not_said_of_index_and_wavelengths_is_in_the_accuracy() -> None:
+    """What a fit finds under an index that is off by hand is what the accuracy holds."""
     unsaid: dict[str, Any] = {"index_tolerance": None, "wavelength_tolerance_nm": None}
     near = {"thickness_range_nm": (250.0, 420.0)}
     # A film whose index is 1 % higher than what was said of it.
     alone = fit([power("air / 1.5655 340 / Si")], "air / 1.55 ? / Si", **near, **unsaid).best
     exact = fit([power("air / 1.5655 340 / Si")], "air / 1.55 ? / Si", **near).best
-    assert (
-        alone.interval_nm[0] < 340.0 < alone.interval_nm[1] and not exact.interval_nm[0] < 340.0 < exact.interval_nm[1]
-    )
-    assert alone.precision_nm < 0.7 and alone.sd_nm == pytest.approx(3.4, rel=0.3)
+    assert alone.accuracy_interval_nm[0] < 340.0 < alone.accuracy_interval_nm[1]
+    assert not exact.accuracy_interval_nm[0] < 340.0 < exact.accuracy_interval_nm[1]
+    assert alone.interval_nm == pytest.approx(exact.interval_nm)
+    assert alone.precision_nm < 0.7 and alone.accuracy_nm == pytest.approx(3.4, rel=0.3)
     low, high = alone.precision_interval_nm
     assert high - low == pytest.approx(2.0 * 1.96 * alone.precision_nm, rel=0.01)
     parts = ellipsometry("air / 1.55 340 / Si", 70.0)
     sharp = fit(parts, "air / 1.55 ? / Si", thickness_range_nm=(200.0, 500.0), **unsaid).best
     off = fit(parts, "air / 1.5655 ? / Si", thickness_range_nm=(200.0, 500.0)).best
     wanted = np.hypot(off.thickness_nm - sharp.thickness_nm, 0.3 * 340.0 / 550.0)
-    assert sharp.sd_nm == pytest.approx(wanted, rel=0.2) and sharp.precision_nm < 0.1
+    assert sharp.accuracy_nm == pytest.approx(wanted, rel=0.2) and sharp.precision_nm < 0.1
 
 
 def test_an_angle_that_is_off_is_found_if_it_may_be() -> None:

@@ -78,12 +78,13 @@ def test_intervals_hold_the_truth(thinning: tuple[Floats, Any]) -> None:
     assert ((low <= h[part]) & (h[part] <= high)).mean() > 0.85
     wide = fit(counts(h)[:40], index_tolerance=0.01)
     assert np.nanmedian(np.ptp(wide.interval_nm, axis=1)) > 2.0 * np.nanmedian(np.ptp(series.interval_nm[:40], axis=1))
-    # Where nothing is said of index and wavelengths, both are in the interval, and what noise and lamp leave open beside it.
+    # Where nothing is said of index and wavelengths, the accuracy holds what is usual of both, and the interval neither.
     unsaid = fit(counts(h)[:40], index_tolerance=None, wavelength_tolerance_nm=None)
     part = unsaid.verdict == "clear"
     sd = np.ptp(unsaid.interval_nm[part], axis=1) / (2.0 * 1.96)
     told = np.hypot(unsaid.precision_nm[part], np.hypot(0.01, 0.3 / 640.0) * unsaid.thickness_nm[part])
-    assert sd == pytest.approx(told, rel=0.02)
+    assert unsaid.accuracy_nm[part] == pytest.approx(told, rel=0.02)
+    assert sd == pytest.approx(unsaid.precision_nm[part], rel=0.02)
     assert any("said of the film's index" in note for note in unsaid.notes) and not wide.notes
     assert unsaid.precision_nm[part] == pytest.approx(wide.precision_nm[part])
 

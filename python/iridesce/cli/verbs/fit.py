@@ -50,7 +50,7 @@ def verb(
         float | None,
         typer.Option(
             "--index-tolerance",
-            help="Standard deviation of the film's index, relative; 0.01 if not given, 0: it is exact.",
+            help="Standard deviation of the film's index, relative; if not given, only the accuracy holds 0.01.",
             show_default=False,
         ),
     ] = None,
@@ -58,7 +58,7 @@ def verb(
         float | None,
         typer.Option(
             "--wavelength-tolerance",
-            help="Standard deviation of the spectrometer's wavelengths, nm; 0.3 if not given.",
+            help="Standard deviation of the spectrometer's wavelengths, nm; if not given, only the accuracy holds 0.3.",
             show_default=False,
         ),
     ] = None,
