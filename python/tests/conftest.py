@@ -46,11 +46,13 @@ def iridesce(tmp_path: Path) -> Run:
     return run
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """colour-science switches numpy to its printing of 2017 when it is imported; the examples show today's."""
+    # Tests leave the user's cache folder alone, and share one of their own.
+    os.environ.setdefault("IRIDESCE_CACHE", str(Path(tempfile.gettempdir()) / "iridesce-tests-cache"))
+    if config.getoption("numprocesses", None) and not hasattr(config, "workerinput"):
+        return  # this process runs no tests, and those that do wait for it to begin
     import colour  # noqa: F401
     import numpy as np
 
     np.set_printoptions(legacy=False)
-    # Tests leave the user's cache folder alone, and share one of their own.
-    os.environ.setdefault("IRIDESCE_CACHE", str(Path(tempfile.gettempdir()) / "iridesce-tests-cache"))
