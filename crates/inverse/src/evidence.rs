@@ -20,7 +20,7 @@
 //! All columns of A grow with g: explanations that differ in g and kappa alone have M = 1 + (g / kappa)^2 K with one K, which is
 //! made tridiagonal once for all of them.
 
-use fearless_simd::dispatch;
+use fearless_simd::{Simd, dispatch};
 use iridesce_numerics::{Watch, simd};
 use rayon::prelude::*;
 
@@ -75,7 +75,7 @@ struct Products {
 }
 
 #[inline(always)]
-fn products(curves: &SmoothCurves, spectrum: &[f64], of: Measured<'_>) -> Products {
+fn products<S: Simd>(simd: S, curves: &SmoothCurves, spectrum: &[f64], of: Measured<'_>) -> Products {
     let q = curves.columns();
     let mut squares = [vec![0.0; q * q], vec![0.0; q * q], vec![0.0; q * q]];
     let mut sides = [vec![0.0; q], vec![0.0; q]];
@@ -89,13 +89,13 @@ fn products(curves: &SmoothCurves, spectrum: &[f64], of: Measured<'_>) -> Produc
             film[i] = mixed[i] * spectrum[i];
         }
         for b in 0..=a {
-            let sums = dots(&weighted, curves.column(b));
+            let sums = dots(simd, &weighted, curves.column(b));
             for (square, sum) in squares.iter_mut().zip(sums) {
                 square[a * q + b] = sum;
                 square[b * q + a] = sum;
             }
         }
-        let [_, first, second] = dots(&weighted, of.values);
+        let [_, first, second] = dots(simd, &weighted, of.values);
         (sides[0][a], sides[1][a]) = (first, second);
     }
     Products { squares, sides }
@@ -151,10 +151,10 @@ fn system(products: &Products, q: usize, of: &Nuisance) -> System {
 }
 
 #[inline(always)]
-fn log_evidence(products: &Products, q: usize, of: &Nuisance, sums: (f64, f64), count: usize) -> f64 {
+fn log_evidence<S: Simd>(simd: S, products: &Products, q: usize, of: &Nuisance, sums: (f64, f64), count: usize) -> f64 {
     let mut system = system(products, q, of);
-    factor(&mut system.matrix, system.size);
-    forward(&system.matrix, system.size, &mut system.right);
+    factor(simd, &mut system.matrix, system.size);
+    forward(simd, &system.matrix, system.size, &mut system.right);
     let explained: f64 = system.right.iter().map(|z| z * z).sum();
     let volume: f64 = (0..system.size).map(|j| system.matrix[j * system.size + j].ln()).sum();
     log_density(products, of, (explained, volume), sums, count)
@@ -206,19 +206,20 @@ fn shared(nuisances: &[Nuisance]) -> Vec<Shared> {
 
 /// What is left of a spectrum's numbers once a group has made its K tridiagonal.
 #[inline(always)]
-fn tridiagonal(products: &Products, q: usize, of: &Nuisance) -> Tridiagonal<2> {
+fn tridiagonal<S: Simd>(simd: S, products: &Products, q: usize, of: &Nuisance) -> Tridiagonal<2> {
     let System { size, mut matrix, columns, .. } = system(products, q, of);
     (0..size).for_each(|i| matrix[i * size + i] -= 1.0);
     // The columns against the data, and against the mean response.
     let [film, mixed, _] = &products.squares;
     let measured = columns.iter().map(|&(scale, stray, a)| scale * products.sides[usize::from(stray)][a]).collect();
     let mean = columns.iter().map(|&(scale, stray, a)| scale * if stray { mixed } else { film }[a * q]).collect();
-    Tridiagonal::new(&mut matrix, size, [measured, mean])
+    Tridiagonal::new(simd, &mut matrix, size, [measured, mean])
 }
 
 /// One spectrum under all nuisances.
 #[inline(always)]
-fn row(
+fn row<S: Simd>(
+    simd: S,
     of: Measured<'_>,
     spectrum: &[f64],
     curves: &[SmoothCurves],
@@ -232,11 +233,12 @@ fn row(
         let curve = &curves[group.of.curves];
         // (A closure would be compiled for any processor.)
         if made[group.of.curves].is_none() {
-            made[group.of.curves] = Some(products(curve, spectrum, of));
+            made[group.of.curves] = Some(products(simd, curve, spectrum, of));
         }
         let products = made[group.of.curves].as_ref().expect("made above");
         let q = curve.columns();
-        let walk = if group.places.len() < LEAST_SHARED { None } else { Some(tridiagonal(products, q, &group.of)) };
+        let walk =
+            if group.places.len() < LEAST_SHARED { None } else { Some(tridiagonal(simd, products, q, &group.of)) };
         let bound = walk.as_ref().map_or(f64::INFINITY, Tridiagonal::bound);
         for &place in &group.places {
             let one = &nuisances[place];
@@ -248,7 +250,7 @@ fn row(
                     let (volume, explained) = walk.solved(growth, [part, -part * one.gain]);
                     log_density(products, one, (explained, 0.5 * volume), (square, log_sd), count)
                 }
-                _ => log_evidence(products, q, one, (square, log_sd), count),
+                _ => log_evidence(simd, products, q, one, (square, log_sd), count),
             };
         }
     }
@@ -307,7 +309,7 @@ pub fn log_evidences(
     out.par_chunks_exact_mut(nuisances.len().max(1)).zip(spectra.par_chunks_exact(count)).try_for_each(
         |(out, spectrum)| {
             watch.check()?;
-            dispatch!(level, _simd => row(of, spectrum, curves, (nuisances, &groups), (square, log_sd), out));
+            dispatch!(level, simd => row(simd, of, spectrum, curves, (nuisances, &groups), (square, log_sd), out));
             watch.add(1);
             Ok::<(), InverseError>(())
         },
@@ -325,9 +327,12 @@ pub fn explain(
     check(of, spectrum.len(), curves, std::slice::from_ref(nuisance))?;
     let curve = &curves[nuisance.curves];
     let q = curve.columns();
-    let mut system = system(&products(curve, spectrum, of), q, nuisance);
-    factor(&mut system.matrix, system.size);
-    forward(&system.matrix, system.size, &mut system.right);
+    let mut system = dispatch!(simd::level_or_best(), simd => {
+        let mut system = system(&products(simd, curve, spectrum, of), q, nuisance);
+        factor(simd, &mut system.matrix, system.size);
+        forward(simd, &system.matrix, system.size, &mut system.right);
+        system
+    });
     backward(&system.matrix, system.size, &mut system.right);
     let (mut response, mut stray) = (vec![nuisance.gain; of.values.len()], vec![0.0; of.values.len()]);
     for (&(scale, is_stray, a), theta) in system.columns.iter().zip(&system.right) {
@@ -360,9 +365,9 @@ mod tests {
         // `factor` holds pivots above 1/2: bring the diagonal there.
         let scale = 1e4;
         sigma.iter_mut().for_each(|v| *v *= scale);
-        factor(&mut sigma, count);
+        dispatch!(simd::level_or_best(), simd => factor(simd, &mut sigma, count));
         (0..count).for_each(|i| log_det += sigma[i * count + i].ln() - 0.5 * scale.ln());
-        forward(&sigma, count, &mut right);
+        dispatch!(simd::level_or_best(), simd => forward(simd, &sigma, count, &mut right));
         let square: f64 = right.iter().map(|z| z * z * scale).sum();
         -0.5 * square - log_det - 0.5 * count as f64 * (2.0 * std::f64::consts::PI).ln()
     }

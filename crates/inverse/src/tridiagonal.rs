@@ -1,5 +1,7 @@
 //! Many systems 1 + t K x = b of one K: a tridiagonal matrix that K is turned into once makes each of them a walk along it.
 
+use fearless_simd::Simd;
+
 use crate::cholesky::dots;
 
 /// A symmetric matrix K as Q T Q^T, T tridiagonal, with some vectors turned along: Q^T b.
@@ -13,7 +15,7 @@ impl<const N: usize> Tridiagonal<N> {
     /// By Householder's reflections (G. H. Golub, C. F. Van Loan, Matrix Computations, 4th ed. 2013, sec. 8.3.1) from the lower
     /// triangle, row after row of `size`, which is used up.
     #[inline(always)]
-    pub(crate) fn new(matrix: &mut [f64], size: usize, mut turned: [Vec<f64>; N]) -> Tridiagonal<N> {
+    pub(crate) fn new<S: Simd>(simd: S, matrix: &mut [f64], size: usize, mut turned: [Vec<f64>; N]) -> Tridiagonal<N> {
         let mut beside = vec![0.0; size.saturating_sub(1)];
         let (mut v, mut p) = (vec![0.0; size], vec![0.0; size]);
         for k in 0..size.saturating_sub(1) {
@@ -22,7 +24,7 @@ impl<const N: usize> Tridiagonal<N> {
             for (i, v) in v.iter_mut().enumerate() {
                 *v = matrix[(k + 1 + i) * size + k];
             }
-            let [below] = dots(&[&v[1..]], &v[1..]);
+            let [below] = dots(simd, &[&v[1..]], &v[1..]);
             if below == 0.0 {
                 // Nothing to turn away.
                 beside[k] = v[0];
@@ -37,12 +39,12 @@ impl<const N: usize> Tridiagonal<N> {
             p.fill(0.0);
             for (i, row) in matrix.chunks_exact(size).skip(k + 1).enumerate() {
                 let row = &row[k + 1..=k + 1 + i];
-                let [own] = dots(&[&row[..i]], &v[..i]);
+                let [own] = dots(simd, &[&row[..i]], &v[..i]);
                 p[i] += own + row[i] * v[i];
                 let along = v[i];
                 p[..i].iter_mut().zip(row).for_each(|(p, a)| *p += along * a);
             }
-            let [across] = dots(&[&*p], v);
+            let [across] = dots(simd, &[&*p], v);
             let half = 0.5 * tau * across;
             p.iter_mut().zip(&*v).for_each(|(p, v)| *p = tau * (*p - half * v));
             for (i, row) in matrix.chunks_exact_mut(size).skip(k + 1).enumerate() {
@@ -51,7 +53,7 @@ impl<const N: usize> Tridiagonal<N> {
                 row.iter_mut().zip(&*p).zip(&*v).for_each(|((a, p), v)| *a -= vi * p + pi * v);
             }
             for one in &mut turned {
-                let [along] = dots(&[&one[k + 1..]], v);
+                let [along] = dots(simd, &[&one[k + 1..]], v);
                 one[k + 1..].iter_mut().zip(&*v).for_each(|(b, v)| *b -= tau * along * v);
             }
         }
@@ -96,6 +98,8 @@ impl<const N: usize> Tridiagonal<N> {
 mod tests {
     use super::*;
     use crate::cholesky::{factor, forward};
+    use fearless_simd::dispatch;
+    use iridesce_numerics::simd;
 
     #[test]
     fn a_walk_solves_what_a_factor_solves() {
@@ -107,14 +111,14 @@ mod tests {
                 let right: Vec<f64> = (0..size).map(|i| (i as f64).cos()).collect();
                 let other: Vec<f64> = (0..size).map(|i| 1.0 / (1.0 + i as f64)).collect();
                 let mut matrix: Vec<f64> = (0..size * size).map(|i| k(i / size, i % size)).collect();
-                let made = Tridiagonal::new(&mut matrix, size, [right.clone(), other.clone()]);
+                let made = dispatch!(simd::level_or_best(), simd => Tridiagonal::new(simd, &mut matrix, size, [right.clone(), other.clone()]));
                 for t in [1e-3, 1.0, 1e5] {
                     let mut whole: Vec<f64> = (0..size * size)
                         .map(|i| t * k(i / size, i % size) + f64::from(u8::from(i / size == i % size)))
                         .collect();
                     let mut z: Vec<f64> = right.iter().zip(&other).map(|(a, b)| 2.0 * a - 3.0 * b).collect();
-                    factor(&mut whole, size);
-                    forward(&whole, size, &mut z);
+                    dispatch!(simd::level_or_best(), simd => factor(simd, &mut whole, size));
+                    dispatch!(simd::level_or_best(), simd => forward(simd, &whole, size, &mut z));
                     let volume: f64 = (0..size).map(|i| 2.0 * whole[i * size + i].ln()).sum();
                     let square: f64 = z.iter().map(|z| z * z).sum();
                     let got = made.solved(t, [2.0, -3.0]);
