@@ -345,7 +345,8 @@ impl PixelTable {
         let last = costs.len() - 1;
         for ((part, eight), coarse) in costs.chunks(EIGHT).enumerate().zip(&self.coarse) {
             let limit = best + reach + 1.5 * coarse;
-            if lowest(eight) > limit {
+            // (Not the least of them: that takes a vector apart.)
+            if !eight.iter().fold(false, |any, at| any | (*at <= limit)) {
                 continue;
             }
             for (i, &at) in eight.iter().enumerate() {
