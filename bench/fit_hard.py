@@ -212,7 +212,8 @@ def one(task: tuple[str, str, int]) -> Row:
     row.found_nm, row.sd_nm, row.precision_nm = best.thickness_nm, best.sd_nm, best.precision_nm
     near = min(600.0 / (8.0 * of.index) + 0.01 * of.truth_nm, 0.04 * of.truth_nm + 3.0)
     row.right = abs(best.thickness_nm - of.truth_nm) < near and "empty" not in family
-    low, high = best.interval_nm if "index_tolerance" in of.options else best.accuracy_interval_nm
+    told = {"index_tolerance", "wavelength_tolerance_nm"} <= of.options.keys()
+    low, high = best.interval_nm if told else best.accuracy_interval_nm
     row.held = low <= of.truth_nm <= high
     row.words = f"weight {best.weight:.3f} kappa {best.kappa:g} line {best.resolution_nm:.2f} " + row.words
     return row

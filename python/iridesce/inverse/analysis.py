@@ -16,7 +16,6 @@ from iridesce.inverse.model import (
     HarmonicModel,
     Model,
     Problem,
-    by_index,
     describe,
     harmonics,
     quarter_wave_nm,
@@ -39,7 +38,7 @@ from iridesce.inverse.remarks import Known, remarks
 from iridesce.inverse.results import FitResult, Solution, apart, order_share
 from iridesce.inverse.search import round_trip_rate, starts
 from iridesce.inverse.solve import Data, Fitted, Solver, student
-from iridesce.inverse.tolerances import Tolerances, by_index_off, widened
+from iridesce.inverse.tolerances import Tolerances, by_index_off, widened, with_index_off
 from iridesce.optics.averages import FWHM
 
 # Explanations whose probability is below this share of the best one's are not listed.
@@ -276,14 +275,7 @@ class Analysis:
         model, start = models[int(np.argmax([p.log_mass + prior for p, prior in zip(peaks, log_priors, strict=True)]))]
         low, high = (side - peak.thickness_nm for side in peak.quantiles(probability))
 
-        def off(thickness_nm: float, by: float) -> Floats:
-            same = thickness_nm * (1.0 + by)
-            spectrum = model.value(np.array([same, *start[1:]]))
-            # Fringes that are paled say nothing of the contrast.
-            return (
-                spectrum if start[-1] > 0.0 else spectrum + by * by_index(self.problem, self.data.wavelength_nm, same)
-            )
-
+        off = with_index_off(self.problem, self.data.wavelength_nm, model, start)
         thickness = peak.thickness_nm
         turns = float(np.ptp(round_trip_rate(self.problem, self.data.wavelength_nm, 0))) / (2.0 * math.pi)
         thin = thickness * turns < _FRINGES_OF_A_LAMP
@@ -497,17 +489,12 @@ class Analysis:
         lamp = self.light.gain is None and bends
         if lamp and self._fringes(best) < _FRINGES_OF_A_LAMP:
             return "ambiguous"
-        return "clear" if self._order_share(solutions) > _CLEAR else "ambiguous"
+        quarter_nm = quarter_wave_nm(self.problem, self.data.wavelength_nm)
+        share = order_share(solutions, quarter_nm) if self.single else best.weight
+        return "clear" if share > _CLEAR else "ambiguous"
 
     def _fringes(self, one: Solution) -> float:
         """How many fringes a solution has over the spectrum, of all unknown layers together."""
         thickness = np.atleast_1d(np.asarray(one.thickness_nm, dtype=float))
-        nm = self.data.wavelength_nm
-        turns = [np.ptp(round_trip_rate(self.problem, nm, which)) for which in range(thickness.size)]
+        turns = [np.ptp(round_trip_rate(self.problem, self.data.wavelength_nm, i)) for i in range(thickness.size)]
         return float(thickness @ np.array(turns) / (2.0 * np.pi))
-
-    def _order_share(self, solutions: tuple[Solution, ...]) -> float:
-        """Probability of the best solution's order: of all within a quarter of a wave."""
-        if not self.single:
-            return solutions[0].weight
-        return order_share(solutions, quarter_wave_nm(self.problem, self.data.wavelength_nm))

@@ -16,7 +16,7 @@ import numpy as np
 
 from iridesce.arguments.operands import Floats
 from iridesce.arguments.scalars import number
-from iridesce.inverse.model import Problem, relative_slopes
+from iridesce.inverse.model import Model, Problem, by_index, relative_slopes
 from iridesce.inverse.posterior import Engine, Peak, climb, only
 from iridesce.inverse.search import round_trip_rate
 from iridesce.inverse.solve import Fitted, Solver
@@ -164,3 +164,17 @@ def near_index(
         tops.append(h)
     least = share * peak.thickness_nm
     return min(max(0.5 * abs(tops[1] - tops[0]), least), _STEEPEST * least)
+
+
+def with_index_off(
+    problem: Problem, wavelength_nm: Floats, model: Model, parameters: Floats
+) -> Callable[[float, float], Floats]:
+    """The spectrum of a thickness whose index is off by a share, all else as in `parameters`."""
+
+    def off(thickness_nm: float, by: float) -> Floats:
+        same = thickness_nm * (1.0 + by)
+        spectrum = model.value(np.array([same, *parameters[1:]]))
+        # Fringes that are paled say nothing of the contrast.
+        return spectrum if parameters[-1] > 0.0 else spectrum + by * by_index(problem, wavelength_nm, same)
+
+    return off
