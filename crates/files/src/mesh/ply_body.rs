@@ -178,13 +178,39 @@ fn vertices(bytes: &mut Bytes<'_>, definition: &ElementDef, mesh: &mut Mesh) -> 
     Some(())
 }
 
+/// What nearly all files hold: a count of three and three whole numbers, thirteen bytes after thirteen. Stops before the first face that
+/// is anything else; gives how many there were.
+fn plain_triangles(bytes: &mut Bytes<'_>, most: usize, mesh: &mut Mesh) -> usize {
+    let before = mesh.triangles.len();
+    for row in bytes.left.as_chunks::<13>().0.iter().take(most) {
+        let corner = |at: usize| u32::from_le_bytes([row[at], row[at + 1], row[at + 2], row[at + 3]]);
+        let corners = [corner(1), corner(5), corner(9)];
+        // Less than nothing, in files of numbers with a sign.
+        if row[0] != 3 || corners.iter().any(|corner| *corner > i32::MAX as u32) {
+            break;
+        }
+        mesh.triangles.push(corners);
+    }
+    let count = mesh.triangles.len() - before;
+    bytes.left = &bytes.left[13 * count..];
+    count
+}
+
 /// Polygons as fans around their first corner.
 fn faces(bytes: &mut Bytes<'_>, definition: &ElementDef, mesh: &mut Mesh) -> Option<()> {
     if definition.properties.keys().filter(|name| is_corners(name)).count() != 1 {
         return None;
     }
     mesh.triangles.reserve(definition.count);
-    for _ in 0..definition.count {
+    let plain = match definition.properties.values().next().map(|property| &property.data_type) {
+        Some(PropertyType::List(ScalarType::UChar, ScalarType::Int | ScalarType::UInt))
+            if definition.properties.len() == 1 && bytes.is_little =>
+        {
+            plain_triangles(bytes, definition.count, mesh)
+        }
+        _ => 0,
+    };
+    for _ in plain..definition.count {
         for (name, property) in &definition.properties {
             if !is_corners(name) {
                 bytes.skip(&property.data_type)?;

@@ -5,13 +5,21 @@
 //! The tree depends on the boxes only, not on the number of threads. Boxes are in single precision here: half the memory, through which
 //! a build goes some forty times.
 
+use rayon::prelude::*;
+
 /// Most bins along an axis, and how many where few things are left.
 const BINS: usize = 16;
 const FEW_BINS: usize = 8;
 /// A split that looks useless is made all the same where more than so many things would share a leaf.
 pub const LEAF: usize = 4;
 /// Work is shared out between threads above so many things.
-const PARALLEL: usize = 1 << 13;
+pub const PARALLEL: usize = 1 << 13;
+/// So many things or fewer are split by looking at each place between two of them.
+const FEW: usize = 8;
+/// More things than these are put into bins by all threads together: while few halves are under work the others would wait.
+const MANY: usize = 1 << 17;
+/// More things than these are split along the axis on which they lie farthest apart: which axis it is hardly matters high up in the tree.
+const CROWD: usize = 1 << 12;
 /// Below this depth halves replace the heuristic: a walk's memory stays bounded whatever the boxes are.
 const DEEPEST: usize = 48;
 
@@ -43,9 +51,16 @@ impl Box32 {
         self
     }
 
+    /// The axis along which it is longest.
+    fn longest(&self) -> usize {
+        let extent = |axis: usize| self.max[axis] - self.min[axis];
+        (0..3).fold(0, |best, axis| if extent(axis) > extent(best) { axis } else { best })
+    }
+
     /// Half its surface.
     pub fn half_area(&self) -> f64 {
-        let [x, y, z]: [f64; 3] = std::array::from_fn(|i| (f64::from(self.max[i]) - f64::from(self.min[i])).max(0.0));
+        let along = |axis: usize| (f64::from(self.max[axis]) - f64::from(self.min[axis])).max(0.0);
+        let (x, y, z) = (along(0), along(1), along(2));
         x * y + y * z + z * x
     }
 }
@@ -100,8 +115,8 @@ impl Around {
 struct Split {
     cost: f64,
     axis: usize,
-    /// The first bin on the right.
-    bin: usize,
+    /// The first bin on the right; where things are few, their number on the left, in the order of their middles.
+    at: usize,
 }
 
 /// Which of so many bins things are in.
@@ -148,17 +163,25 @@ fn split(items: &mut [Item], around: Around, first: usize, depth: usize) -> Tree
         return Tree::Leaf { bounds, first, count };
     }
     let binning = Binning::new(&middles, count);
-    let best = if depth < DEEPEST { best_split(items, &around, &binning) } else { None };
+    let best = match count {
+        _ if depth >= DEEPEST => None,
+        ..=FEW => best_of_few(items),
+        _ => best_split(items, &around, &binning),
+    };
     let (at, [left_around, right_around]) = match best {
         // A leaf of up to four is met in one go: it costs as much as a box of one.
         Some(Split { cost, .. }) if count <= LEAF && cost >= bounds.half_area() => {
             return Tree::Leaf { bounds, first, count };
         }
-        Some(Split { axis, bin, .. }) => partition(items, |middle| binning.bin(middle, axis) < bin),
+        Some(Split { axis, at, .. }) if count <= FEW => {
+            sort(items, axis);
+            let (left, right) = items.split_at(at);
+            (at, [Around::of(left), Around::of(right)])
+        }
+        Some(Split { axis, at, .. }) => partition(items, |middle| binning.bin(middle, axis) < at),
         None if count <= LEAF => return Tree::Leaf { bounds, first, count },
         None => {
-            let extent: [f32; 3] = std::array::from_fn(|axis| middles.max[axis] - middles.min[axis]);
-            let axis = (0..3).fold(0, |best, axis| if extent[axis] > extent[best] { axis } else { best });
+            let axis = middles.longest();
             items.select_nth_unstable_by(count / 2, |a, b| {
                 a.middle()[axis].total_cmp(&b.middle()[axis]).then(a.number().cmp(&b.number()))
             });
@@ -173,15 +196,44 @@ fn split(items: &mut [Item], around: Around, first: usize, depth: usize) -> Tree
     Tree::Inner { bounds, children: Box::new(children) }
 }
 
-/// The cheapest split; `None` where all middles are at one place.
-fn best_split(items: &[Item], around: &Around, binning: &Binning) -> Option<Split> {
-    // Below this, bins are rounding.
-    let is_wide = |axis: usize| {
-        let extent = around.middles.max[axis] - around.middles.min[axis];
-        extent > 1e-6 * (around.bounds.max[axis] - around.bounds.min[axis]) && extent > 0.0 && extent < f32::INFINITY
-    };
-    let axes = [is_wide(0), is_wide(1), is_wide(2)];
-    let count = binning.count;
+/// In the order of their middles along an axis.
+fn sort(items: &mut [Item], axis: usize) {
+    items.sort_unstable_by(|a, b| a.middle()[axis].total_cmp(&b.middle()[axis]).then(a.number().cmp(&b.number())));
+}
+
+/// The cheapest split of few things, each place between two of them looked at: quicker than by bins, of which most would be empty.
+/// `None` where all middles are at one place.
+fn best_of_few(items: &mut [Item]) -> Option<Split> {
+    let count = items.len();
+    let mut best: Option<Split> = None;
+    for axis in 0..3 {
+        sort(items, axis);
+        if items[0].middle()[axis] == items[count - 1].middle()[axis] {
+            continue;
+        }
+        let mut right = [0.0; FEW];
+        let mut all = Box32::EMPTY;
+        for at in (1..count).rev() {
+            all.add(items[at].0.min, items[at].0.max);
+            right[at] = all.half_area() * blocks((count - at) as u32);
+        }
+        let mut all = Box32::EMPTY;
+        for at in 1..count {
+            all.add(items[at - 1].0.min, items[at - 1].0.max);
+            let cost = all.half_area() * blocks(at as u32) + right[at];
+            if best.as_ref().is_none_or(|best| cost < best.cost) {
+                best = Some(Split { cost, axis, at });
+            }
+        }
+    }
+    best
+}
+
+/// What is in each bin along each axis: a box around it, and how many things.
+type Bins = [[(Box32, u32); BINS]; 3];
+
+/// Things put into the bins of the axes along which they differ.
+fn binned(items: &[Item], axes: [bool; 3], binning: &Binning) -> Bins {
     let mut bins = [[(Box32::EMPTY, 0_u32); BINS]; 3];
     for item in items {
         let middle = item.middle();
@@ -193,6 +245,36 @@ fn best_split(items: &[Item], around: &Around, binning: &Binning) -> Option<Spli
             }
         }
     }
+    bins
+}
+
+fn joined(mut all: Bins, other: Bins) -> Bins {
+    for (own, other) in all.as_flattened_mut().iter_mut().zip(other.as_flattened()) {
+        *own = (own.0.union(&other.0), own.1 + other.1);
+    }
+    all
+}
+
+/// The cheapest split; `None` where all middles are at one place.
+fn best_split(items: &[Item], around: &Around, binning: &Binning) -> Option<Split> {
+    // Below this, bins are rounding.
+    let is_wide = |axis: usize| {
+        let extent = around.middles.max[axis] - around.middles.min[axis];
+        extent > 1e-6 * (around.bounds.max[axis] - around.bounds.min[axis]) && extent > 0.0 && extent < f32::INFINITY
+    };
+    let mut axes = [is_wide(0), is_wide(1), is_wide(2)];
+    if items.len() > CROWD {
+        let longest = around.middles.longest();
+        axes = std::array::from_fn(|axis| axis == longest && axes[axis]);
+    }
+    let count = binning.count;
+    let bins = match items.len() {
+        ..=MANY => binned(items, axes, binning),
+        _ => {
+            let parts = items.par_chunks(MANY).map(|part| binned(part, axes, binning));
+            parts.reduce(|| binned(&[], axes, binning), joined)
+        }
+    };
     let mut best: Option<Split> = None;
     for axis in (0..3).filter(|axis| axes[*axis]) {
         let bins = &bins[axis][..count];
@@ -210,7 +292,7 @@ fn best_split(items: &[Item], around: &Around, binning: &Binning) -> Option<Spli
             }
             let cost = left.0.half_area() * blocks(left.1) + right[at].0 * right[at].1;
             if best.as_ref().is_none_or(|best| cost < best.cost) {
-                best = Some(Split { cost, axis, bin: at });
+                best = Some(Split { cost, axis, at });
             }
         }
     }

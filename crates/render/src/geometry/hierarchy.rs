@@ -5,9 +5,10 @@
 
 use fearless_simd::{Simd, f32x8, prelude::*};
 use iridesce_numerics::Vec3;
+use rayon::prelude::*;
 
 use super::bounds::Bounds;
-use super::build::{Item, LEAF, Tree};
+use super::build::{Item, LEAF, PARALLEL, Tree};
 use crate::camera::Ray;
 
 const WIDTH: usize = 8;
@@ -43,13 +44,20 @@ pub trait Visit {
 }
 
 impl Hierarchy {
-    /// Over boxes. Also gives the order: which thing stands at which place. `at_leaf` gives the place of a leaf, of which it
-    /// is told the numbers of its things, and how many entries it takes.
-    pub fn new(boxes: impl Iterator<Item = Bounds>, mut at_leaf: impl FnMut(&[u32]) -> (usize, usize)) -> Hierarchy {
-        let boxes: Vec<Bounds> = boxes.collect();
-        let bounds = match boxes.as_slice() {
-            [] => Bounds { min: [0.0; 3], max: [0.0; 3] },
-            boxes => boxes.iter().fold(Bounds::EMPTY, |all, own| all.union(own)),
+    /// Over so many things of which the boxes are asked, more than once. `at_leaf` gives the place of a leaf, of which it is told the
+    /// numbers of its things, and how many entries it takes.
+    pub fn new(
+        count: usize,
+        bounds_of: impl Fn(usize) -> Bounds + Sync,
+        mut at_leaf: impl FnMut(&[u32]) -> (usize, usize),
+    ) -> Hierarchy {
+        let bounds = match count {
+            0 => Bounds { min: [0.0; 3], max: [0.0; 3] },
+            _ => (0..count)
+                .into_par_iter()
+                .with_min_len(PARALLEL)
+                .map(&bounds_of)
+                .reduce(|| Bounds::EMPTY, |all, own| all.union(&own)),
         };
         let (low, high) = (Vec3::from(bounds.min), Vec3::from(bounds.max));
         let half = (high - low) * 0.5;
@@ -61,9 +69,11 @@ impl Hierarchy {
         };
         let center = hierarchy.center.to_array();
         let relative = |ends: [f64; 3]| std::array::from_fn(|axis| (ends[axis] - center[axis]) as f32);
-        let item = |(number, own): (usize, &Bounds)| Item::new(relative(own.min), relative(own.max), number as u32);
-        let mut items: Vec<Item> = boxes.iter().enumerate().map(item).collect();
-        drop(boxes);
+        let item = |number: usize| {
+            let own = bounds_of(number);
+            Item::new(relative(own.min), relative(own.max), number as u32)
+        };
+        let mut items: Vec<Item> = (0..count).into_par_iter().with_min_len(PARALLEL).map(item).collect();
         let tree = Tree::new(&mut items);
         let order: Vec<u32> = items.iter().map(|item| item.number()).collect();
         drop(items);

@@ -10,8 +10,10 @@ use fearless_simd::{Simd, f64x4, prelude::*};
 use iridesce_files::Mesh;
 use iridesce_numerics::Vec3;
 use iridesce_numerics::vector::{cross, difference, length};
+use rayon::prelude::*;
 
 use super::bounds::Bounds;
+use super::build::{LEAF, PARALLEL};
 use super::hierarchy::{Hierarchy, Visit};
 use crate::camera::Ray;
 
@@ -54,23 +56,28 @@ pub struct Start {
 impl TriangleMesh {
     pub fn new(source: Arc<Mesh>) -> TriangleMesh {
         let corners = |triangle: &[u32; 3]| triangle.map(|corner| source.positions[corner as usize]);
-        let mut blocks = Vec::new();
-        let boxes = source.triangles.iter().map(|triangle| Bounds::of(corners(triangle)));
-        let hierarchy = Hierarchy::new(boxes, |numbers| {
+        let mut leaves: Vec<[u32; LEAF]> = Vec::new();
+        let box_of = |triangle: usize| Bounds::of(corners(&source.triangles[triangle]));
+        let hierarchy = Hierarchy::new(source.triangles.len(), box_of, |numbers| {
+            let mut triangles = [u32::MAX; LEAF];
+            triangles[..numbers.len()].copy_from_slice(numbers);
+            leaves.push(triangles);
+            (leaves.len() - 1, 1)
+        });
+        let block = |triangles: &[u32; LEAF]| {
             let mut block =
-                Block { corner: [[0.0; 4]; 3], first: [[0.0; 4]; 3], second: [[0.0; 4]; 3], triangles: [u32::MAX; 4] };
-            for (lane, &number) in numbers.iter().enumerate() {
+                Block { corner: [[0.0; 4]; 3], first: [[0.0; 4]; 3], second: [[0.0; 4]; 3], triangles: *triangles };
+            for (lane, &number) in triangles.iter().enumerate().filter(|(_, number)| **number != u32::MAX) {
                 let [a, b, c] = corners(&source.triangles[number as usize]);
-                block.triangles[lane] = number;
                 for axis in 0..3 {
                     block.corner[axis][lane] = a[axis];
                     block.first[axis][lane] = b[axis] - a[axis];
                     block.second[axis][lane] = c[axis] - a[axis];
                 }
             }
-            blocks.push(block);
-            (blocks.len() - 1, 1)
-        });
+            block
+        };
+        let blocks = leaves.par_iter().with_min_len(PARALLEL).map(block).collect();
         let reach = source.positions.iter().flatten().fold(0.0_f64, |most, c| most.max(c.abs()));
         TriangleMesh { source, hierarchy, blocks, reach }
     }

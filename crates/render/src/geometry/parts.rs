@@ -166,11 +166,15 @@ impl Tree {
             bounded.push(number as u32);
         }
         let mut order = Vec::with_capacity(bounded.len());
-        let hierarchy = Hierarchy::new(boxes.into_iter(), |numbers| {
-            let first = order.len();
-            order.extend(numbers.iter().map(|&number| bounded[number as usize]));
-            (first, numbers.len())
-        });
+        let hierarchy = Hierarchy::new(
+            boxes.len(),
+            |at| boxes[at],
+            |numbers| {
+                let first = order.len();
+                order.extend(numbers.iter().map(|&number| bounded[number as usize]));
+                (first, numbers.len())
+            },
+        );
         Tree { level: simd::level_or_best(), hierarchy, order, unbounded, parts, kinds, to_object }
     }
 
