@@ -12,8 +12,9 @@ const FEW: u32 = 16;
 /// No picture is looked at more closely: sums in single precision do not tell more.
 const LEAST_FAINT: f32 = 1e-7;
 
-/// So many hits a path has before that luminance rises, and how often it doubles, where bodies refract: what many surfaces part into many
-/// branches is looked at less and less closely. (Three balls of glass within one another: 54 hits a camera ray without it.)
+/// So many hits a path has before that luminance rises, and how often it doubles, in a scene with bodies: glass, metals and what is
+/// coated, everything but free films and matt surfaces. What many surfaces part into many branches is looked at less and less closely.
+/// (Three balls of glass within one another: 54 hits a camera ray without it.)
 const FREE_HITS: u32 = 4;
 const DOUBLINGS: u32 = 4;
 
@@ -27,11 +28,11 @@ pub struct Floors {
 }
 
 impl Floors {
-    /// Of a picture of so many samples a pixel; `refracts` says whether bodies part its light into many branches.
-    pub fn new(samples: u32, refracts: bool) -> Floors {
+    /// Of a picture of so many samples a pixel; `has_bodies`: some of its surfaces are those of glass, of metals, or coated.
+    pub fn new(samples: u32, has_bodies: bool) -> Floors {
         let few = (f64::from(FEW) / f64::from(samples.max(1))).min(1.0) as f32;
         let faint = (FAINT * few.sqrt()).max(LEAST_FAINT);
-        let most = if refracts { (FAINT * (1 << DOUBLINGS) as f32 * few).max(faint) } else { faint };
+        let most = if has_bodies { (FAINT * (1 << DOUBLINGS) as f32 * few).max(faint) } else { faint };
         Floors { faint, most }
     }
 
@@ -48,12 +49,12 @@ mod tests {
 
     #[test]
     fn more_samples_look_more_closely() {
-        for refracts in [false, true] {
-            let few = Floors::new(1, refracts);
-            assert_eq!(few.faint, Floors::new(FEW, refracts).faint);
+        for has_bodies in [false, true] {
+            let few = Floors::new(1, has_bodies);
+            assert_eq!(few.faint, Floors::new(FEW, has_bodies).faint);
             let mut before = few;
             for samples in [64, 256, 4096, 1 << 20, u32::MAX] {
-                let floors = Floors::new(samples, refracts);
+                let floors = Floors::new(samples, has_bodies);
                 for hits in [0, 4, 5, 8, 100] {
                     assert!(floors.after(hits) < before.after(hits), "{samples} samples, {hits} hits");
                     assert!(floors.after(hits) >= floors.faint);

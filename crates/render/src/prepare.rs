@@ -121,7 +121,7 @@ impl Prepared {
         let camera_media =
             enclosing_media(&geometry, &bodies, |medium| media.priority(medium), scene.camera.position.into());
         let samples = options.samples.unwrap_or(scene.render.samples);
-        let has_media = materials.list.iter().any(|material| matches!(material, Material::Coating(_)));
+        let has_bodies = materials.list.iter().any(|material| matches!(material, Material::Coating(_)));
         Ok(Prepared {
             camera,
             part: options.part([width, height]),
@@ -133,13 +133,13 @@ impl Prepared {
             seed: options.seed.unwrap_or(scene.render.seed),
             max_depth: scene.render.max_depth,
             // (What ends once it has settled has few samples, whatever it may take.)
-            floors: Floors::new(if options.settled.is_some() { 1 } else { samples }, has_media),
+            floors: Floors::new(if options.settled.is_some() { 1 } else { samples }, has_bodies),
             is_sparse: options.settled.is_some(),
             camera_media,
             bodies,
             has_priorities: scene.objects.iter().any(|object| object.priority != 0),
             priorities: scene.objects.iter().map(|object| object.priority).collect(),
-            is_camera_wide: has_media && camera.is_wide(),
+            is_camera_wide: has_bodies && camera.is_wide(),
             geometry,
             expected_shares: (materials.list.iter().map(|own| own.expected_share(&materials.diffuse)))
                 .chain([1.0])
