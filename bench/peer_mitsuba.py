@@ -23,7 +23,9 @@ START = time.perf_counter()
 
 
 def newest_llvm() -> str:
-    """Path of the newest system libLLVM; LLVM before 17 cannot lower `fminimum`, which Dr.Jit 1.5 emits, and aborts."""
+    """DRJIT_LIBLLVM_PATH, or the newest system libLLVM; before 17 it cannot lower `fminimum` of Dr.Jit 1.5, and aborts."""
+    if told := os.environ.get("DRJIT_LIBLLVM_PATH"):
+        return told
     found = {}
     for path in Path("/usr/lib").glob("*/libLLVM*.so*"):
         version = re.match(r"libLLVM(?:-|\.so\.)(\d+)", path.name)

@@ -1,6 +1,6 @@
 """Rough films at equal error beside the path tracer of Mitsuba 3: a mesh of a million triangles, and a room with bubbles.
 
-usage: rough.py --peer PYTHON [--repeats N] [--size N] [--reference N] [mesh | room]...
+usage: rough.py --peer PYTHON [--repeats N] [--size N] [--reference N] [--samples OURS PEER] [mesh | room]...
 
 mesh  a bumpy sphere of 1.0 million triangles with a rough oxide on titanium, under the studio map
 room  matt walls, a rough metal block and a rough coated ball, a lamp of radius 0.05 and three bubbles
@@ -224,7 +224,7 @@ def measure(folder: Path, name: str, arguments: argparse.Namespace) -> None:
         command = [str(arguments.peer), str(HERE / "rough.py"), "--alone", name, *way, str(samples), str(seed), out]
         return timed(command, folder)
 
-    count = SAMPLES[name]
+    count = dict(zip(("ours", "peer"), arguments.samples, strict=True)) if arguments.samples else SAMPLES[name]
     took: dict[Any, list[float]] = {}
     for _ in range(arguments.repeats):
         took.setdefault("iridesce", []).append(ours(folder, name, count["ours"], 1, "ours.exr")[0])
@@ -262,6 +262,7 @@ def main() -> int:
     parser.add_argument(
         "--reference", type=int, default=32, help="samples of the references over those of the pictures"
     )
+    parser.add_argument("--samples", type=int, nargs=2, metavar=("OURS", "PEER"), help="samples a pixel of either side")
     parser.add_argument("--keep", type=Path, help="a folder for scenes and pictures")
     arguments = parser.parse_args()
     warnings.simplefilter("ignore")
