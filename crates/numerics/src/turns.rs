@@ -118,6 +118,23 @@ pub fn sin_cos_pi<V: Number>(x: V) -> (V, V) {
     (x * V::Precision::sine(square), V::Precision::cosine(square))
 }
 
+/// Sine and cosine of an angle in turns, for less than some thousand of them.
+///
+/// ```
+/// let (sin, cos) = iridesce_numerics::turns::sin_cos_turns(1.375_f64);
+/// assert!((sin - 0.5_f64.sqrt()).abs() < 1e-15 && (cos + 0.5_f64.sqrt()).abs() < 1e-15);
+/// ```
+#[inline(always)]
+pub fn sin_cos_turns<V: Number>(turns: V) -> (V, V) {
+    let half_turns = turns + turns;
+    let whole = half_turns.round_ties_even();
+    let (sin, cos) = sin_cos_pi(half_turns - whole);
+    // An odd number of half turns changes both signs.
+    let half = whole.times(0.5);
+    let is_odd = (half - half.floor()).gt(half.like(0.25));
+    (V::select(is_odd, -sin, sin), V::select(is_odd, -cos, cos))
+}
+
 /// sin^2(pi x) for |x| <= 1/2.
 #[inline(always)]
 pub fn sin_squared_pi<V: Number>(x: V) -> V {

@@ -3,11 +3,10 @@
 use std::sync::Arc;
 
 use fearless_simd::{Simd, dispatch, f32x16, prelude::*};
-use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_numerics::latlong;
 use iridesce_numerics::simd;
-use iridesce_numerics::turns::atan2_turns;
+use iridesce_numerics::turns::{atan2_turns, sin_cos_turns};
 use iridesce_optics::color::REC709_LUMINANCE;
 use iridesce_scene::EnvironmentMap;
 
@@ -90,80 +89,147 @@ impl MapLookup {
 /// Columns and rows of the grid by which diffuse surfaces look for light: 1.4 degrees.
 const GRID: [usize; 2] = [256, 128];
 
+/// So many places across and down each of its cells are looked at.
+const FINE: usize = 4;
+
 /// Draws directions in proportion to the luminance of the maps, all added up.
 pub struct MapSampler {
-    /// Chance of a row, summed over all rows up to and with it.
-    rows: Vec<f64>,
-    /// Chance of a cell within its row, summed likewise.
-    cells: Vec<f64>,
-    /// One over the solid angle of a cell, by row.
-    per_angle: Vec<f64>,
+    rows: Chances,
+    /// Of the cells within each row.
+    cells: Vec<Chances>,
+    /// Heights of the edges of the rows, from the first's upper one on.
+    heights: Vec<f64>,
+    /// Probability per solid angle with which a direction is drawn, by cell.
+    densities: Vec<f32>,
+    /// Red, green and blue of the maps together, at [`FINE`] times [`FINE`] places of every cell, row after row; nowhere 0.
+    lights: Vec<f32>,
+}
+
+/// What the maps are like in sixteen directions.
+#[derive(Clone, Copy)]
+pub struct Around {
+    /// The probability per solid angle with which each is drawn.
+    pub densities: [f32; LANES],
+    /// About the light from there, red, green and blue together; nowhere 0.
+    pub lights: [f32; LANES],
 }
 
 impl MapSampler {
     pub fn new(maps: &[(MapLookup, f32)]) -> MapSampler {
         let [columns, rows] = GRID;
         let mut power = vec![0.0_f64; columns * rows];
-        dispatch!(simd::level_or_best(), simd => measure(simd, maps, &mut power));
-        // A tenth goes to every direction alike, so that what falls between the samples is not missed.
+        let mut lights = vec![0.0_f32; FINE * FINE * columns * rows];
+        dispatch!(simd::level_or_best(), simd => measure(simd, maps, &mut power, &mut lights));
+        // Where places are black there may be light between them.
+        let mean = lights.iter().map(|light| f64::from(*light)).sum::<f64>() / lights.len() as f64;
+        lights.iter_mut().for_each(|light| *light += (0.01 * mean).max(f64::from(f32::MIN_POSITIVE)) as f32);
+        // A tenth goes to every direction alike, so that what falls between the places is not missed.
         let solid: Vec<f64> = (0..rows).map(|row| latlong::solid_angle(row, GRID)).collect();
         let all: f64 = power.iter().enumerate().map(|(i, p)| p * solid[i / columns]).sum();
-        let floor = 0.1 * all / (4.0 * std::f64::consts::PI);
-        let (mut row_sums, mut cells) = (Vec::with_capacity(rows), Vec::with_capacity(columns * rows));
-        let mut total = 0.0;
-        for row in 0..rows {
-            let mut sum = 0.0;
-            for cell in &power[row * columns..(row + 1) * columns] {
-                sum += cell.max(0.0) + floor.max(f64::MIN_POSITIVE);
-                cells.push(sum);
-            }
-            for cell in &mut cells[row * columns..] {
-                *cell /= sum;
-            }
-            total += sum * solid[row];
-            row_sums.push(total);
-        }
-        for row in &mut row_sums {
-            *row /= total;
-        }
-        MapSampler { rows: row_sums, cells, per_angle: solid.iter().map(|angle| 1.0 / angle).collect() }
+        let floor = (0.1 * all / (4.0 * std::f64::consts::PI)).max(f64::MIN_POSITIVE);
+        power.iter_mut().for_each(|cell| *cell = cell.max(0.0) + floor);
+        let cells: Vec<Chances> = power.chunks(columns).map(|row| Chances::new(row.iter().copied())).collect();
+        let shares = power.chunks(columns).zip(&solid).map(|(row, angle)| row.iter().sum::<f64>() * angle);
+        let own_rows = Chances::new(shares);
+        let density = |i: usize| {
+            let (row, column) = (i / columns, i % columns);
+            (own_rows.of(row) * cells[row].of(column) / solid[row]) as f32
+        };
+        let densities = (0..columns * rows).map(density).collect();
+        let mut heights: Vec<f64> = (0..rows).map(|row| latlong::band(row, rows)[0]).collect();
+        heights.push(-1.0);
+        MapSampler { rows: own_rows, cells, heights, densities, lights }
     }
 
-    /// A direction and its probability per solid angle, from two random numbers in [0, 1).
+    /// Sixteen directions of sixteen points of the unit square, and what the maps are like there.
     #[inline(always)]
-    pub fn draw(&self, (a, b): (f64, f64)) -> (Vec3, f64) {
+    pub fn draw_lanes<S: Simd>(&self, simd: S, points: &[(f64, f64); LANES]) -> ([f32x16<S>; 3], Around) {
         let columns = GRID[0];
-        let (row, down, row_chance) = pick(&self.rows, b);
-        let (column, across, chance) = pick(&self.cells[row * columns..(row + 1) * columns], a);
-        let [top, bottom] = latlong::band(row, GRID[1]);
-        let y = top + (bottom - top) * down;
-        let azimuth = std::f64::consts::TAU * ((column as f64 + across) / columns as f64 - 0.5);
-        let (sin, cos) = azimuth.sin_cos();
-        let level = (1.0 - y * y).max(0.0).sqrt();
-        (Vec3::new(level * sin, y, -level * cos), row_chance * chance * self.per_angle[row])
+        let [mut turns, mut height, mut level, mut densities, mut lights] = [[0.0_f32; LANES]; 5];
+        for (lane, &(a, b)) in points.iter().enumerate() {
+            let (row, down) = self.rows.pick(b);
+            let (column, across) = self.cells[row].pick(a);
+            let y = self.heights[row] + (self.heights[row + 1] - self.heights[row]) * down;
+            turns[lane] = ((column as f64 + across) / columns as f64 - 0.5) as f32;
+            (height[lane], level[lane]) = (y as f32, ((1.0 - y) * (1.0 + y)).max(0.0).sqrt() as f32);
+            densities[lane] = self.densities[row * columns + column];
+            let fine = |cell: usize, share: f64| cell * FINE + ((share * FINE as f64) as usize).min(FINE - 1);
+            lights[lane] = self.lights[fine(row, down) * FINE * columns + fine(column, across)];
+        }
+        let (sin, cos) = sin_cos_turns(f32x16::from_slice(simd, &turns));
+        let level = f32x16::from_slice(simd, &level);
+        ([level * sin, f32x16::from_slice(simd, &height), -(level * cos)], Around { densities, lights })
     }
 
-    /// The probability per solid angle with which a direction is drawn.
+    /// What the maps are like in sixteen directions of length 1.
     #[inline(always)]
-    pub fn density(&self, direction: Vec3) -> f64 {
-        let [columns, rows] = GRID;
-        let [across, down] = latlong::place(direction.to_array(), GRID);
-        let (column, row) = ((across as usize).min(columns - 1), (down as usize).min(rows - 1));
-        let step = |sums: &[f64], i: usize| sums[i] - if i > 0 { sums[i - 1] } else { 0.0 };
-        step(&self.rows, row) * step(&self.cells[row * columns..(row + 1) * columns], column) * self.per_angle[row]
+    pub fn around<S: Simd>(&self, [x, y, z]: &[f32x16<S>; 3]) -> Around {
+        let [columns, rows] = GRID.map(|count| count * FINE);
+        let (across, down) = (atan2_turns(*x, -*z) + 0.5, atan2_turns(x.mul_add(*x, *z * *z).sqrt(), *y));
+        let (across, down) = ((across * columns as f32).to_array(), (down * (2 * rows) as f32).to_array());
+        let [mut densities, mut lights] = [[0.0_f32; LANES]; 2];
+        for lane in 0..LANES {
+            let (column, row) = ((across[lane] as usize).min(columns - 1), (down[lane] as usize).min(rows - 1));
+            densities[lane] = self.densities[row / FINE * GRID[0] + column / FINE];
+            lights[lane] = self.lights[row * columns + column];
+        }
+        Around { densities, lights }
+    }
+}
+
+/// Chances of a list, to pick from by a random number.
+struct Chances {
+    /// Each added to all before it.
+    sums: Vec<f64>,
+    /// Where to begin looking, by as many equal parts of the random numbers.
+    starts: Vec<u16>,
+}
+
+impl Chances {
+    /// In proportion to positive numbers.
+    fn new(parts: impl Iterator<Item = f64>) -> Chances {
+        let mut sum = 0.0;
+        let mut sums: Vec<f64> = parts
+            .map(|part| {
+                sum += part;
+                sum
+            })
+            .collect();
+        sums.iter_mut().for_each(|own| *own /= sum);
+        let count = sums.len();
+        let start = |part: usize| sums.partition_point(|&own| own <= part as f64 / count as f64).min(count - 1) as u16;
+        Chances { starts: (0..count).map(start).collect(), sums }
+    }
+
+    /// The chance of an entry.
+    #[inline(always)]
+    fn of(&self, at: usize) -> f64 {
+        self.sums[at] - if at > 0 { self.sums[at - 1] } else { 0.0 }
+    }
+
+    /// Where a random number in [0, 1) falls, and how far into it.
+    #[inline(always)]
+    fn pick(&self, random: f64) -> (usize, f64) {
+        let count = self.sums.len();
+        let mut at = usize::from(self.starts[((random * count as f64) as usize).min(count - 1)]);
+        while at + 1 < count && self.sums[at] <= random {
+            at += 1;
+        }
+        let before = if at > 0 { self.sums[at - 1] } else { 0.0 };
+        (at, ((random - before) / (self.sums[at] - before)).clamp(0.0, 1.0))
     }
 }
 
 /// Mean luminance of the maps over every cell of the grid, from sixteen places of it.
 #[inline(always)]
-fn measure<S: Simd>(simd: S, maps: &[(MapLookup, f32)], power: &mut [f64]) {
+fn measure<S: Simd>(simd: S, maps: &[(MapLookup, f32)], power: &mut [f64], lights: &mut [f32]) {
     let columns = GRID[0];
     for (i, cell) in power.iter_mut().enumerate() {
         let mut directions = [[0.0_f32; LANES]; 3];
         let [x, y, z] = &mut directions;
         for (lane, ((x, y), z)) in x.iter_mut().zip(y).zip(z).enumerate() {
-            let across = (i % columns) as f64 + ((lane % 4) as f64 + 0.5) / 4.0;
-            let down = (i / columns) as f64 + ((lane / 4) as f64 + 0.5) / 4.0;
+            let across = (i % columns) as f64 + ((lane % FINE) as f64 + 0.5) / FINE as f64;
+            let down = (i / columns) as f64 + ((lane / FINE) as f64 + 0.5) / FINE as f64;
             [*x, *y, *z] = latlong::direction([across, down], GRID).map(|v| v as f32);
         }
         let directions = [directions[0].simd_into(simd), directions[1].simd_into(simd), directions[2].simd_into(simd)];
@@ -172,18 +238,13 @@ fn measure<S: Simd>(simd: S, maps: &[(MapLookup, f32)], power: &mut [f64]) {
             for c in 0..3 {
                 let sum: f64 = rgb[c].iter().map(|&v| f64::from(v)).sum();
                 *cell += f64::from(*factor) * REC709_LUMINANCE[c] * sum / LANES as f64;
+                for (lane, value) in rgb[c].iter().enumerate() {
+                    let (row, column) = (i / columns * FINE + lane / FINE, i % columns * FINE + lane % FINE);
+                    lights[row * FINE * columns + column] += factor * value.max(0.0);
+                }
             }
         }
     }
-}
-
-/// Where a random number falls among summed chances: the place, how far into it, and its own chance.
-#[inline(always)]
-fn pick(sums: &[f64], random: f64) -> (usize, f64, f64) {
-    let at = sums.partition_point(|&sum| sum <= random).min(sums.len() - 1);
-    let before = if at > 0 { sums[at - 1] } else { 0.0 };
-    let chance = sums[at] - before;
-    (at, ((random - before) / chance).clamp(0.0, 1.0), chance)
 }
 
 #[cfg(test)]
@@ -213,5 +274,36 @@ mod tests {
         assert!((look(0.0, 0.0, -1.0, 0.0)[1] - 31.0).abs() < 1e-4, "-y: last row");
         assert!((look(90.0, 1.0, 0.0, 1e-7)[0] - look(0.0, 1e-7, 0.0, 1.0)[0]).abs() < 1e-3, "+z turns to +x");
         assert!((look(0.0, 0.0, 0.0, 1.0)[0] - 31.5).abs() < 1e-3, "+z: half way between last and first column");
+    }
+
+    /// Directions come as often as is told: over draws one over the density is the whole sphere on average, and what is told of a
+    /// direction that was drawn is what is told of it alone (at the edge of a cell rounding may take it for the next).
+    #[test]
+    fn maps_are_drawn_by_their_density() {
+        let (width, height) = (64, 32);
+        let rgb =
+            (0..width * height).flat_map(|i| [if i % 97 == 3 { 40.0 } else { (i % 7) as f32 * 0.1 }; 3]).collect();
+        let lookup = MapLookup::new(Arc::new(EnvironmentMap { width, height, rgb }), 30.0);
+        let sampler = MapSampler::new(&[(lookup, 2.0)]);
+        let (mut noise, mut sphere, mut others) = (iridesce_numerics::noise::SplitMix64::new(3), 0.0, 0);
+        let rounds = 20_000;
+        for _ in 0..rounds {
+            let points = std::array::from_fn(|_| (noise.unit(), noise.unit()));
+            let (told, again, lengths) = dispatch!(simd::level_or_best(), simd => {
+                let (ways, told) = sampler.draw_lanes(simd, &points);
+                let lengths = ways[0] * ways[0] + ways[1] * ways[1] + ways[2] * ways[2];
+                (told.densities, sampler.around(&ways).densities, lengths.to_array())
+            });
+            for lane in 0..LANES {
+                assert!((lengths[lane] - 1.0).abs() < 1e-6);
+                sphere += 1.0 / f64::from(told[lane]);
+                others += usize::from(told[lane] != again[lane]);
+            }
+        }
+        let count = (rounds * LANES) as f64;
+        // The spread of 1 / density is below that of a density of a tenth of the mean: 40 pi.
+        let sphere = sphere / count;
+        assert!((sphere / (4.0 * std::f64::consts::PI) - 1.0).abs() < 5.0 * 10.0 / count.sqrt(), "{sphere}");
+        assert!((others as f64) < 1e-3 * count, "{others}");
     }
 }

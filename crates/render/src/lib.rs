@@ -51,6 +51,7 @@ mod coating;
 mod coherence;
 mod enclosing;
 mod environment;
+mod facet_lanes;
 mod failure;
 mod film;
 mod floors;

@@ -36,6 +36,12 @@ impl Microfacets {
         Microfacets { alpha: roughness.map(|r| (r * r).clamp(LEAST_ALPHA, 1.0)) }
     }
 
+    /// Half axes along x and y.
+    #[inline(always)]
+    pub fn alpha(&self) -> [f64; 2] {
+        self.alpha
+    }
+
     /// D of a normal, per solid angle; zero for those that face down.
     #[inline(always)]
     pub fn normal_density(&self, h: Vec3) -> f64 {
@@ -117,6 +123,12 @@ impl Wanderer {
     #[inline(always)]
     pub fn new(direction: Vec3) -> Wanderer {
         Wanderer { direction, is_below: false, height: 1.0 }
+    }
+
+    /// The share of the surface that is further from its side than it.
+    #[inline(always)]
+    pub fn height(&self) -> f64 {
+        self.height
     }
 
     /// A vector as the side that the ray is on sees it, and back.

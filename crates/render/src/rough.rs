@@ -101,6 +101,12 @@ impl Frame {
         Frame { x, y: normal.cross(x), z: normal }
     }
 
+    /// Along u, along v, and the normal.
+    #[inline(always)]
+    pub fn axes(&self) -> [Vec3; 3] {
+        [self.x, self.y, self.z]
+    }
+
     /// A vector of the world in it.
     #[inline(always)]
     pub fn local(&self, v: Vec3) -> Vec3 {

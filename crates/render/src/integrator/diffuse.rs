@@ -2,9 +2,11 @@
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
+use iridesce_numerics::lanes::SINGLES as LANES;
 
-use super::direct::{Drawn, Scatters};
+use super::direct::Scatters;
 use super::{Continuation, LATE_SURVIVAL, Path, Scattered, Since, Sums, Tracer};
+use crate::facet_lanes::{cosine_lanes, dot, single_points, world_lanes};
 use crate::geometry::frame;
 use crate::sampler::Choices;
 
@@ -108,14 +110,15 @@ impl Lambertian {
 
 impl Scatters for Lambertian {
     #[inline(always)]
-    fn draw(&self, point: (f64, f64), _: f64) -> Option<Vec3> {
-        Some(self.direction(point).0)
+    fn draw_lanes<S: Simd>(&self, simd: S, points: &[(f64, f64); LANES], _: &mut Choices) -> [f32x16<S>; 3] {
+        let (across, up) = frame(self.facing);
+        world_lanes(&cosine_lanes(single_points(simd, points)), [across, up, self.facing])
     }
 
     #[inline(always)]
-    fn drawn(&self, direction: Vec3) -> Drawn {
-        let density = self.density(direction).max(0.0);
-        Drawn { density, target: density }
+    fn lanes<S: Simd>(&self, simd: S, ways: &[f32x16<S>; 3]) -> [f32x16<S>; 2] {
+        let density = dot(ways, self.facing) * std::f32::consts::FRAC_1_PI;
+        [density.max(f32x16::splat(simd, 0.0)); 2]
     }
 
     #[inline(always)]

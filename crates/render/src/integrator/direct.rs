@@ -7,7 +7,7 @@
 //! surfaces that scatter is sampled in `caustics.rs`.
 //!
 //! A few lights are all sampled; of many, two are, in proportion to what is expected of them ([`crate::lights::chooser`]). The
-//! maps are always sampled, and by that alone: of sixteen directions, eight by the light of the maps and eight as the surface itself would
+//! maps are always sampled, and by that alone: of thirty-two directions, half by the light of the maps and half as the surface itself would
 //! go on, one is taken in proportion to light times what the surface makes of it, and only that one's spectrum and way are looked at
 //! (J. F. Talbot, D. Cline, P. Egbert, "Importance resampling for global illumination", EGSR 2005). The branch that the surface sends on
 //! finds what is not infinitely far away.
@@ -15,7 +15,6 @@
 use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::SINGLES as LANES;
-use iridesce_numerics::lanes::Singles as Lanes;
 
 use super::escape::Share;
 use super::{Path, Scattered, Since, Sums, Target, Tracer};
@@ -40,12 +39,13 @@ pub(super) trait Scatters {
     /// [`Scatters::evaluate`] gives anything.
     fn density(&self, direction: Vec3) -> f64;
 
-    /// A direction that is as likely as [`Scatters::drawn`] tells, from a point of the unit square and a number in [0, 1); `None` where
-    /// it fails.
-    fn draw(&self, point: (f64, f64), random: f64) -> Option<Vec3>;
+    /// Sixteen directions that are as likely as [`Scatters::lanes`] tells, from points of the unit square; where it fails, ways that
+    /// the surface does not go.
+    fn draw_lanes<S: Simd>(&self, simd: S, points: &[(f64, f64); LANES], choices: &mut Choices) -> [f32x16<S>; 3];
 
-    /// How likely a direction is drawn, and about what the surface makes of light from there.
-    fn drawn(&self, direction: Vec3) -> Drawn;
+    /// Of sixteen directions how likely each is drawn, per solid angle, and what is in proportion to about the light that goes on from
+    /// there: more than 0 wherever there is any.
+    fn lanes<S: Simd>(&self, simd: S, ways: &[f32x16<S>; 3]) -> [f32x16<S>; 2];
 
     /// The normal of the surface itself on the side from which the path has come.
     fn facing(&self) -> Vec3;
@@ -65,15 +65,6 @@ pub(super) trait Scatters {
         direction: Vec3,
         slot: usize,
     ) -> Option<f64>;
-}
-
-/// What [`Scatters::draw`] has to do with a direction.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Drawn {
-    /// Probability per solid angle.
-    pub density: f64,
-    /// In proportion to the light that goes on from there; more than 0 wherever there is any.
-    pub target: f64,
 }
 
 /// A light that was sampled: where it is seen, how far away, and its contribution's divisor: the probability per solid angle
@@ -140,51 +131,34 @@ impl Tracer<'_> {
         }
     }
 
-    /// Samples the maps: one of sixteen directions, by their light and the surface.
+    /// Samples the maps: one of thirty-two directions, by their light and the surface.
     #[inline(always)]
     fn sample_maps<S: Simd>(&self, simd: S, scatters: &impl Scatters, choices: &mut Choices) -> Option<Sampled> {
         let lights = &self.spectra.lights;
         let sampler = lights.sampler.as_ref()?;
-        let moved = [choices.pair(), choices.pair()];
-        let mut ways = [Vec3::new(0.0, 1.0, 0.0); LANES];
-        let (mut targets, mut densities) = ([0.0; LANES], [1.0; LANES]);
-        for lane in 0..LANES {
-            let (by_maps, number) = (lane < LANES / 2, lane % (LANES / 2));
-            // A lattice of eight points, moved about: each of them is anywhere, and together they lie evenly.
-            let (a, b) = moved[usize::from(by_maps)];
-            let point = (wrapped(a + LATTICE[number]), wrapped(b + number as f64 / (LANES / 2) as f64));
-            let (way, light) = if by_maps {
-                sampler.draw(point)
-            } else {
-                let Some(way) = scatters.draw(point, choices.next().into()) else { continue };
-                (way, sampler.density(way))
-            };
-            let Drawn { density, target } = scatters.drawn(way);
-            if target > 0.0 && target < f64::INFINITY {
-                (ways[lane], targets[lane], densities[lane]) = (way, target, (LANES / 2) as f64 * (density + light));
+        let drawn = sampler.draw_lanes(simd, &lattice(choices.pair()));
+        let own = scatters.draw_lanes(simd, &lattice(choices.pair()), choices);
+        let halves = [drawn, (own, sampler.around(&own))];
+        let (mut targets, mut sums) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
+        let mut all = 0.0;
+        for (half, (ways, around)) in halves.iter().enumerate() {
+            let [density, target] = scatters.lanes(simd, ways).map(|lanes| lanes.to_array());
+            for lane in 0..LANES {
+                // Every colour counts: what is seen may have gone through a filter.
+                targets[half][lane] = if target[lane] > 0.0 { target[lane] * around.lights[lane] } else { 0.0 };
+                all += f64::from(targets[half][lane] / (LANES as f32 * (density[lane] + around.densities[lane])));
+                sums[half][lane] = all;
             }
-        }
-        let mut lanes = [Lanes::ZERO; 3];
-        for (lane, way) in ways.iter().enumerate() {
-            for (lanes, along) in lanes.iter_mut().zip(way.to_array()) {
-                lanes.0[lane] = along as f32;
-            }
-        }
-        let [red, green, blue] = lights.map_rgb(simd, &lanes);
-        let (mut all, mut sums) = (0.0, [0.0; LANES]);
-        for lane in 0..LANES {
-            // Every colour counts: what is seen may have gone through a filter.
-            targets[lane] *= f64::from(red[lane].max(0.0) + green[lane].max(0.0) + blue[lane].max(0.0));
-            all += targets[lane] / densities[lane];
-            sums[lane] = all;
         }
         let taken = all * f64::from(choices.next());
-        let lane = sums.iter().position(|sum| *sum > taken)?;
+        let at = sums.as_flattened().iter().position(|sum| *sum > taken)?;
+        let (half, lane) = (at / LANES, at % LANES);
+        let [x, y, z] = halves[half].0.map(|lanes| f64::from(lanes.to_array()[lane]));
         Some(Sampled {
             light: LightId::Maps,
-            direction: ways[lane],
+            direction: Vec3::new(x, y, z).normalized(),
             distance: f64::INFINITY,
-            density: targets[lane] / all,
+            density: f64::from(targets[half][lane]) / all,
         })
     }
 
@@ -234,7 +208,8 @@ impl Tracer<'_> {
         choices: &mut Choices,
     ) {
         let &Sampled { light, direction, distance, density } = sampled;
-        if !(density > 0.0 && density < f64::INFINITY && scatters.density(direction) > 0.0) {
+        let is_told = light == LightId::Maps;
+        if !(density > 0.0 && density < f64::INFINITY && (is_told || scatters.density(direction) > 0.0)) {
             return;
         }
         let scene = self.scene;
@@ -463,8 +438,16 @@ impl Tracer<'_> {
     }
 }
 
-/// First coordinates of a lattice of eight points, whose second ones are eighths: bits in the other order.
-const LATTICE: [f64; LANES / 2] = [0.0, 0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875];
+/// A lattice of sixteen points, moved about: each of them is anywhere, and together they lie evenly.
+#[inline(always)]
+fn lattice((a, b): (f64, f64)) -> [(f64, f64); LANES] {
+    let count = LANES as f64;
+    std::array::from_fn(|i| {
+        // The bits of the number in the other order, and in theirs.
+        let bits = (i as u8).reverse_bits() >> 4;
+        (wrapped(a + f64::from(bits) / count), wrapped(b + i as f64 / count))
+    })
+}
 
 /// Into [0, 1).
 #[inline(always)]

@@ -62,6 +62,10 @@ pub const GROUP: u32 = 4;
 /// without it a walk among perfect whites, or within perfect mirrors, would never end.
 const LATE_SURVIVAL: f32 = 0.95;
 
+/// Most branches that an opaque surface sends on of a path that comes to it unscattered: what others mirror of each other is looked for by
+/// them alone, and most leave the scene.
+const BRANCHES: usize = 4;
+
 /// Planes of incidence closer than this (sine of the angle between them) count as one: the second-order error is 1e-10.
 const SAME_PLANE: f64 = 1e-5;
 
@@ -205,8 +209,9 @@ pub struct Tracer<'a> {
 impl<'a> Tracer<'a> {
     pub fn new(scene: &'a Prepared, level: usize) -> Tracer<'a> {
         // Every hit leaves at most one more path waiting, and none after max_depth; a diffuse hit takes one while it samples
-        // the lights, a rough one another for what its facets pass, and a rough film on the way to a light one more.
-        let slots = scene.max_depth as usize + 5;
+        // the lights, a rough one another for what its facets pass, and a rough film on the way to a light one more. Once on each path
+        // a rough hit leaves several.
+        let slots = scene.max_depth as usize + 5 + BRANCHES;
         let spectra = &scene.levels[level];
         let blocks = spectra.importance.len();
         Tracer {

@@ -473,6 +473,12 @@ impl Lights {
         !self.maps.is_empty() || !self.suns.is_empty()
     }
 
+    /// Whether all light from far away is that of maps that surfaces which scatter sample, and by that alone.
+    #[inline(always)]
+    pub fn are_all_sampled(&self) -> bool {
+        self.sampler.is_some() && self.uniform.is_empty() && self.suns.is_empty()
+    }
+
     /// Whether there are maps.
     #[inline(always)]
     pub fn has_maps(&self) -> bool {
