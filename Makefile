@@ -17,8 +17,18 @@ CARGO_ARGS ?= --locked
 
 READERS := .readers
 
+# $(call beside,A,B): makes A, and B meanwhile, whose words come afterwards. Python's tools (packages, types), the largest crates
+# and their link-time optimisation take one core each for minutes.
+define beside
+@told=$$(mktemp); $(MAKE) $(2) >"$$told" 2>&1 & other=$$!; \
+trap 'kill $$other' INT TERM; failed=0; \
+$(MAKE) $(1) || failed=1; \
+wait $$other || failed=1; \
+cat "$$told"; rm -f "$$told"; exit $$failed
+endef
+
 .PHONY: help fuzz reference readers board test-readers test quick lint lint-rust lint-python test-rust test-python build \
-	web test-web docs bench wheel wheel-check images clean
+	test-rust-and-build pytest web test-web docs bench wheel wheel-check images clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -26,8 +36,8 @@ help: ## this list
 test: ## everything: lint, build, the tests of both languages, the code blocks of the docs
 	@SECONDS=0; \
 	$(MAKE) lint; \
-	$(MAKE) test-rust; \
-	$(MAKE) test-python; \
+	$(MAKE) test-rust-and-build; \
+	$(MAKE) pytest; \
 	echo "make test: lint, Rust tests and Python tests all passed in $$SECONDS s"; \
 	echo "make test: left out: the page and its core in wasm (make test-web; it takes Node 20 and the wasm target)"
 
@@ -35,13 +45,8 @@ quick: build ## the tests of both languages without the ones marked slow
 	cargo test --workspace $(CARGO_ARGS)
 	$(PYTEST) -m "not slow" $(PYTEST_ARGS)
 
-# Side by side: what Python's tools wait for (packages, types) takes one core.
 lint: ## rustfmt, clippy, ruff, mypy; warnings are errors
-	@told=$$(mktemp); $(MAKE) lint-python >"$$told" 2>&1 & other=$$!; \
-	trap 'kill $$other' INT TERM; failed=0; \
-	$(MAKE) lint-rust || failed=1; \
-	wait $$other || failed=1; \
-	cat "$$told"; rm -f "$$told"; exit $$failed
+	$(call beside,lint-rust,lint-python)
 
 lint-rust:
 	cargo fmt --all --check
@@ -74,7 +79,13 @@ test-readers: build readers ## the tests of exports with every reader required
 test-rust:
 	cargo test --workspace $(CARGO_ARGS)
 
+test-rust-and-build:
+	$(call beside,test-rust,build)
+
 test-python: build
+	$(MAKE) pytest
+
+pytest:
 	$(PYTEST) $(PYTEST_ARGS)
 
 # The page: Node 20 with npm, and rustup for the target that browsers run. Paths of this machine stay out of the module.
