@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import tempfile
 from collections.abc import Callable
@@ -13,6 +14,10 @@ import pytest
 import command_line
 
 ROOT = Path(__file__).resolve().parents[2]
+
+# Where a shell has put them into the background (`make test &`) Ctrl-C is ignored, and so it would be by all that they start.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:
