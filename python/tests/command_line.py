@@ -149,7 +149,6 @@ def main() -> None:
     """Imports what commands import, and serves."""
     import matplotlib.backends.backend_agg
     import matplotlib.figure  # noqa: F401
-    import typer.main  # noqa: F401
 
     import iridesce
     from iridesce.cli.entry import application

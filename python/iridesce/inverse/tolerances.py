@@ -133,10 +133,11 @@ def moved_by_index(
     off       the spectrum of a thickness whose index is off by a share
     """
     step = max(peak.sd_nm, 1e-6)
-    below, above = (
-        climb(engine, lambda h, by=by: off(h, by), peak.thickness_nm / (1.0 + by), step, bounds)  # type: ignore[misc]
-        for by in (-tolerance, tolerance)
-    )
+
+    def top(by: float) -> Peak:
+        return climb(engine, lambda h: off(h, by), peak.thickness_nm / (1.0 + by), step, bounds)
+
+    below, above = top(-tolerance), top(tolerance)
     least = tolerance * peak.thickness_nm
     return min(max(0.5 * abs(above.thickness_nm - below.thickness_nm), least), _STEEPEST * least)
 
