@@ -6,8 +6,8 @@
 //! the cells, which hold alike many branches each.
 
 use fearless_simd::Level;
-use iridesce_numerics::Watch;
 use iridesce_numerics::lanes::SINGLES as LANES;
+use iridesce_numerics::{Vec3, Watch};
 use iridesce_scene::{Context, Origin, Scene, resolve};
 
 use super::*;

@@ -7,9 +7,11 @@
 use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 
+use super::Tracer;
 use super::direct::Scatters;
+use super::found::{Found, Sums, Target};
+use super::path::{Continuation, Path, Scattered, Since};
 use super::specular::{Expected, Sides};
-use super::{Continuation, Found, Path, Scattered, Since, Sums, Target, Tracer};
 use crate::caustics::{Departure, Lobe, Search, Told};
 use crate::chain::Chain;
 use crate::coating::{LayersAt, Sequence};

@@ -16,8 +16,10 @@ use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::SINGLES as LANES;
 
+use super::Tracer;
 use super::escape::Share;
-use super::{Path, Scattered, Since, Sums, Target, Tracer};
+use super::found::{Sums, Target};
+use super::path::{Path, Scattered, Since};
 use crate::chain::Chain;
 use crate::failure::PathFailure;
 use crate::film::Phase;

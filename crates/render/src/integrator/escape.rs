@@ -5,7 +5,8 @@ use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_numerics::lanes::Singles as Lanes;
 
-use super::{Sums, Tracer};
+use super::Tracer;
+use super::found::Sums;
 use crate::lights::chooser::LightId;
 use crate::lights::{Source, SunDisc};
 use crate::prepare::Prepared;

@@ -15,12 +15,16 @@
 
 #[cfg(test)]
 mod agreement;
+mod arena;
 mod caustics;
 mod diffuse;
 mod direct;
 mod escape;
 pub mod extras;
+mod facets;
+mod found;
 mod parted;
+mod path;
 mod rough;
 mod rough_film;
 mod roulette;
@@ -29,23 +33,21 @@ mod specular;
 mod tests;
 
 use fearless_simd::{Simd, f32x16, prelude::*};
-use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::Singles as Lanes;
-use iridesce_numerics::turns::exp2;
 
-use self::escape::{Escaped, Share};
+use self::escape::Escaped;
 use self::extras::Extras;
+use self::found::Sums;
+use self::path::{Continuation, Path, Scattered, Since};
 use crate::camera::Ray;
 use crate::caustics::Memory;
 use crate::chain::Chain;
 use crate::failure::PathFailure;
 use crate::film::Phase;
-use crate::geometry::{Hit, frame};
+use crate::geometry::frame;
 use crate::levels::Spectra;
-use crate::lights::Source;
 use crate::lights::chooser::LightId;
 use crate::materials::Material;
-use crate::medium_stack::MediumStack;
 use crate::prepare::{MOST_FILMS, Prepared};
 use crate::refraction::shading_normal;
 use crate::sampler::Choices;
@@ -68,107 +70,6 @@ const BRANCHES: usize = 4;
 
 /// Planes of incidence closer than this (sine of the angle between them) count as one: the second-order error is 1e-10.
 const SAME_PLANE: f64 = 1e-5;
-
-/// A path that is about to meet a surface; its spectra stand in the arena under `slot`.
-#[derive(Clone, Copy)]
-struct Path {
-    direction: Vec3,
-    hit: Hit,
-    /// The s direction of the plane that the Stokes vector refers to; meaningless before the first hit.
-    axis: Vec3,
-    slot: usize,
-    hits: u32,
-    /// The luminance below which it survives only by chance.
-    floor: f32,
-    /// It stands for those of all samples of its group.
-    is_sparse: bool,
-    medium: MediumStack,
-    /// U and V are zero (and their storage is stale).
-    in_plane: bool,
-    /// It has met nothing that polarises since the camera or a diffuse surface.
-    is_unpolarized: bool,
-    /// The place in the spectrum at which it goes on, once a prism has parted the wavelengths.
-    band: Option<f64>,
-    /// What it has come from straight, through films or nothing.
-    since: Since,
-    /// What it has done since it was scattered, where caustics are sampled.
-    chain: Chain,
-}
-
-/// What a path has come from straight and unbent, with nothing but films in between.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Since {
-    /// The camera, in a picture without its backdrop.
-    Camera,
-    /// A surface that scattered it; where, stands by its slot.
-    Scattering,
-    /// A surface that mirrored or refracted it; or it does not matter what.
-    Bend,
-}
-
-impl Since {
-    /// Left by a surface that sampled the lights, or did not.
-    #[inline(always)]
-    fn scattering(scattered: Option<Scattered>) -> Since {
-        if scattered.is_some() { Since::Scattering } else { Since::Bend }
-    }
-}
-
-/// A diffuse point that a path left in a sampled direction.
-#[derive(Clone, Copy, Default)]
-struct Scattered {
-    origin: Vec3,
-    /// Probability per solid angle of the direction.
-    density: f64,
-}
-
-/// What becomes of a branch.
-#[derive(Clone, Copy)]
-enum Continuation {
-    /// It meets another surface.
-    Surface(Hit),
-    /// It leaves the scene.
-    Escapes,
-    /// It leaves the scene straight from the camera, in a picture without its backdrop; the sun that it meets there, if any.
-    Backdrop(Option<usize>),
-    /// It meets an emitter; this is its weight in multiple importance sampling.
-    Emitter(usize, f32),
-    /// It is absorbed.
-    Absorbed,
-}
-
-/// Where the spectra of a branch are written.
-#[derive(Clone, Copy)]
-enum Target {
-    /// Into the arena: the branch goes on.
-    Slot(usize),
-    /// Among the paths that leave for lights that depend on direction.
-    Out(usize),
-    /// Nowhere: it finds the uniform lights only.
-    Uniform,
-    /// Nowhere: it finds this share of an emitter.
-    Emitter(usize, f32),
-    /// As these, and to the sums beside those of the picture.
-    Told(Found),
-    /// Nowhere at all.
-    Nowhere,
-}
-
-/// What a branch finds whose light is told to the sums beside those of the picture, too.
-#[derive(Clone, Copy)]
-enum Found {
-    /// [`Target::Out`].
-    Out(usize),
-    /// [`Target::Uniform`].
-    Uniform,
-    /// [`Target::Emitter`].
-    Emitter(usize, f32),
-    /// [`Continuation::Backdrop`]: the sums of the picture hear of the sun alone.
-    Backdrop(Option<usize>),
-}
-
-/// Sums of X, Y, Z over a block's lanes.
-struct Sums<S: Simd>([f32x16<S>; 3]);
 
 /// Working memory of one thread.
 pub struct Tracer<'a> {
@@ -442,232 +343,6 @@ impl<'a> Tracer<'a> {
         true
     }
 
-    /// Takes off what the medium absorbs on the way to the hit.
-    #[inline(always)]
-    fn attenuate<S: Simd>(&mut self, simd: S, path: &Path) {
-        let Some(rate) = &self.spectra.attenuation[usize::from(path.medium.innermost())] else { return };
-        let distance = path.hit.distance as f32;
-        let components = if path.in_plane { 2 } else { 4 };
-        for (block, rate) in rate.iter().enumerate() {
-            let passes = exp2(rate.load(simd) * -distance);
-            for component in 0..components {
-                let at = self.at(path.slot, component, block);
-                let left = self.arena[at].load(simd) * passes;
-                self.arena[at].store(left);
-            }
-        }
-    }
-
-    /// Where a path was scattered, if it has come straight from there.
-    #[inline(always)]
-    fn scattered(&self, path: &Path) -> Option<Scattered> {
-        (path.since == Since::Scattering).then(|| self.scattered[path.slot])
-    }
-
-    /// What the branch of a path comes to that goes straight on from a hit.
-    #[inline(always)]
-    fn straight_on(&self, path: &Path) -> Continuation {
-        match self.continuation(&path.hit, path.direction, path.medium, self.scattered(path)) {
-            Continuation::Escapes if path.since == Since::Camera => {
-                Continuation::Backdrop(self.bare_sun(path.direction))
-            }
-            continuation => continuation,
-        }
-    }
-
-    /// The only sun in a direction, unless it belongs to a sky.
-    #[inline(always)]
-    fn bare_sun(&self, direction: Vec3) -> Option<usize> {
-        let lights = &self.spectra.lights;
-        lights.sun_at(direction).map(|(sun, _)| sun).filter(|sun| !lights.suns[*sun].is_of_sky)
-    }
-
-    /// Nothing comes from infinitely far away within a medium that absorbs.
-    #[inline(always)]
-    fn is_dark(&self, medium: MediumStack) -> bool {
-        self.spectra.attenuation[usize::from(medium.innermost())].is_some()
-    }
-
-    /// What a branch that starts at a hit comes to.
-    #[inline(always)]
-    fn continuation(
-        &self,
-        hit: &Hit,
-        direction: Vec3,
-        medium: MediumStack,
-        scattered: Option<Scattered>,
-    ) -> Continuation {
-        let scene = self.scene;
-        if scene.geometry.is_shaded(hit.object)
-            && direction.dot(hit.normal) * direction.dot(scene.geometry.normal_at(hit)) <= 0.0
-        {
-            // Mirrored or refracted by the shading normal to the side of the surface where it cannot be.
-            return Continuation::Absorbed;
-        }
-        let Some(next) = scene.geometry.nearest(&Ray { origin: hit.point, direction }, Some(hit)) else {
-            return match self.spectra.lights.sun_at(direction) {
-                _ if self.is_dark(medium) => Continuation::Absorbed,
-                // Its whole Stokes vector is needed, or more than one share: it goes on as if to a last surface.
-                Some((_, false)) => Continuation::Surface(Hit { object: scene.materials.len(), distance: 0.0, ..*hit }),
-                _ => Continuation::Escapes,
-            };
-        };
-        match &scene.materials[next.object] {
-            Material::Diffuse { is_black: true, .. } => Continuation::Absorbed,
-            Material::Emitter(emitter) if !self.is_dark(medium) && self.is_natural(*emitter) => {
-                Continuation::Emitter(*emitter, self.emitter_mis_weight(scattered, &next))
-            }
-            _ => Continuation::Surface(next),
-        }
-    }
-
-    /// Whether an emitter is unpolarised: of others the whole Stokes vector is needed, by a path that comes to them.
-    #[inline(always)]
-    fn is_natural(&self, emitter: usize) -> bool {
-        self.spectra.lights.area_lights[emitter].linear.is_none()
-    }
-
-    /// Where the spectra of a branch are written.
-    #[inline(always)]
-    fn target(
-        &mut self,
-        continuation: Continuation,
-        slot: usize,
-        direction: Vec3,
-        scattered: Option<Scattered>,
-    ) -> Target {
-        let lights = &self.spectra.lights;
-        let target = match continuation {
-            Continuation::Surface(_) => Target::Slot(slot),
-            Continuation::Escapes if lights.depend_on_direction() => {
-                let sun = lights.sun_at(direction).map(|(sun, _)| (sun, self.sun_mis_weight(sun, scattered)));
-                let share =
-                    Share { maps: self.environment_mis_weight(scattered), sun: sun.filter(|(_, share)| *share > 0.0) };
-                if share.maps == 0.0 && share.sun.is_none() {
-                    Target::Uniform
-                } else {
-                    Target::Out(self.escaped.push(direction, share))
-                }
-            }
-            Continuation::Escapes => Target::Uniform,
-            Continuation::Emitter(emitter, share) => Target::Emitter(emitter, share),
-            Continuation::Backdrop(sun) => Target::Told(Found::Backdrop(sun)),
-            Continuation::Absorbed => Target::Nowhere,
-        };
-        match target {
-            Target::Out(path) if self.extras.is_some() => Target::Told(Found::Out(path)),
-            Target::Uniform if self.extras.is_some() => Target::Told(Found::Uniform),
-            Target::Emitter(emitter, share) if self.extras.is_some() => Target::Told(Found::Emitter(emitter, share)),
-            target => target,
-        }
-    }
-
-    /// Writes a block of a branch to where it goes; one that meets lights whose weights are known finds them at once.
-    ///
-    /// Sums go in and out by value: behind a reference they pass through memory at every block.
-    #[inline(always)]
-    fn splat<S: Simd>(
-        &mut self,
-        simd: S,
-        to: Target,
-        block: usize,
-        s: f32x16<S>,
-        p: f32x16<S>,
-        xyz: [f32x16<S>; 3],
-    ) -> [f32x16<S>; 3] {
-        match to {
-            Target::Slot(slot) => {
-                let (s_at, p_at) = (self.at(slot, 0, block), self.at(slot, 1, block));
-                self.arena[s_at].store(s);
-                self.arena[p_at].store(p);
-                return xyz;
-            }
-            Target::Out(path) => self.escaped.carried[path * self.blocks + block].store(s + p),
-            Target::Uniform => {}
-            Target::Emitter(emitter, share) => {
-                return self.spectra.lights.add_emission(simd, emitter, block, (s + p) * share, xyz);
-            }
-            Target::Told(found) => {
-                return simd.vectorize(
-                    #[inline(always)]
-                    || self.splat_told(simd, found, block, s + p, xyz),
-                );
-            }
-            Target::Nowhere => return xyz,
-        }
-        self.spectra.lights.add_uniform(simd, block, s + p, xyz)
-    }
-
-    /// [`Tracer::splat`] of light that the sums beside those of the picture are told of.
-    #[inline(always)]
-    fn splat_told<S: Simd>(
-        &mut self,
-        simd: S,
-        found: Found,
-        block: usize,
-        s_and_p: f32x16<S>,
-        xyz: [f32x16<S>; 3],
-    ) -> [f32x16<S>; 3] {
-        match found {
-            Found::Out(path) => self.escaped.carried[path * self.blocks + block].store(s_and_p),
-            Found::Uniform => {}
-            Found::Emitter(emitter, share) => {
-                self.tell(Source::Light(LightId::Emitter(emitter)), block, s_and_p * share);
-                return self.spectra.lights.add_emission(simd, emitter, block, s_and_p * share, xyz);
-            }
-            Found::Backdrop(sun) => {
-                self.add_share(simd, block, s_and_p);
-                let Some(sun) = sun.map(LightId::Sun) else { return xyz };
-                self.tell(Source::Light(sun), block, s_and_p);
-                return self.spectra.lights.add_light(simd, sun, block, s_and_p, xyz);
-            }
-        }
-        self.tell(Source::Uniform, block, s_and_p);
-        self.spectra.lights.add_uniform(simd, block, s_and_p, xyz)
-    }
-
-    /// Adds what the backdrop would shine through by, of all that a block carries straight to it.
-    #[inline(always)]
-    fn add_share<S: Simd>(&mut self, simd: S, block: usize, s_and_p: f32x16<S>) {
-        let share = self.spectra.lights.white(simd, block) * s_and_p;
-        self.batches[self.batch][3] += f64::from(share.reduce_sum()) * self.scene.camera.bare_share();
-    }
-
-    /// Tells the sums beside those of the picture of light that is found.
-    #[inline(always)]
-    fn tell<S: Simd>(&self, source: Source, block: usize, carried: f32x16<S>) {
-        if let Some(extras) = &self.extras {
-            let mut lanes = Lanes::ZERO;
-            lanes.store(carried);
-            extras.receive(&self.spectra.lights, source, block, &lanes.0);
-        }
-    }
-
-    /// Adds what a block would find if the lights had their mean radiance everywhere.
-    #[inline(always)]
-    fn add_mean<S: Simd>(&self, simd: S, block: usize, s_and_p: f32x16<S>, xyz: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
-        self.add_around(simd, block, s_and_p, self.spectra.lights.mean_rgb, xyz)
-    }
-
-    /// Adds what a block would find if all maps had one radiance everywhere.
-    #[inline(always)]
-    fn add_around<S: Simd>(
-        &self,
-        simd: S,
-        block: usize,
-        s_and_p: f32x16<S>,
-        rgb: [f32; 3],
-        xyz: [f32x16<S>; 3],
-    ) -> [f32x16<S>; 3] {
-        let lights = &self.spectra.lights;
-        self.tell(Source::Uniform, block, s_and_p);
-        if lights.has_maps() {
-            self.tell(Source::Map(rgb), block, s_and_p);
-        }
-        let xyz = lights.add_uniform(simd, block, s_and_p, xyz);
-        if lights.has_maps() { lights.add_map(simd, block, s_and_p, rgb, xyz) } else { xyz }
-    }
-
     /// Asks for finer spectra if these do not resolve the fringes of a path difference; true if the pixel must wait.
     #[inline(always)]
     fn is_too_coarse(&mut self, path_difference_nm: f64) -> bool {
@@ -688,20 +363,5 @@ impl<'a> Tracer<'a> {
             return None;
         }
         Some(phase)
-    }
-
-    /// Not `map`: closures are not compiled for the wider instructions.
-    #[inline(always)]
-    fn add<S: Simd>(&mut self, batch: usize, sums: &Sums<S>) {
-        let [x, y, z] = sums.0;
-        let total = &mut self.batches[batch];
-        total[0] += f64::from(x.reduce_sum());
-        total[1] += f64::from(y.reduce_sum());
-        total[2] += f64::from(z.reduce_sum());
-    }
-
-    #[inline(always)]
-    fn at(&self, slot: usize, component: usize, block: usize) -> usize {
-        (slot * 4 + component) * self.blocks + block
     }
 }

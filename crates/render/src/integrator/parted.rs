@@ -4,7 +4,9 @@ use fearless_simd::Simd;
 use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::Singles as Lanes;
 
-use super::{Continuation, Path, Sums, Tracer};
+use super::Tracer;
+use super::found::Sums;
+use super::path::{Continuation, Path};
 use crate::coating::IndexTable;
 use crate::geometry::Hit;
 use crate::medium_stack::MediumStack;

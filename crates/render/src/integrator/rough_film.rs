@@ -5,9 +5,12 @@
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 
+use super::Tracer;
 use super::direct::Scatters;
-use super::rough::{Facets, MOST_FACETS, Stack};
-use super::{Continuation, Path, Scattered, Since, Sums, Tracer};
+use super::facets::{Facets, Stack};
+use super::found::Sums;
+use super::path::{Continuation, Path, Scattered, Since};
+use super::rough::MOST_FACETS;
 use crate::chain::Chain;
 use crate::failure::PathFailure;
 use crate::film::Beam;

@@ -9,7 +9,9 @@
 use fearless_simd::Simd;
 use iridesce_numerics::Vec3;
 
-use super::{Continuation, GROUP, LATE_SURVIVAL, Path, SPARSE, Since, Sums, Target, Tracer};
+use super::found::{Sums, Target};
+use super::path::{Continuation, Path, Since};
+use super::{GROUP, LATE_SURVIVAL, SPARSE, Tracer};
 use crate::geometry::Hit;
 use crate::materials::Material;
 use crate::medium_stack::MediumStack;

@@ -1,12 +1,15 @@
 use fearless_simd::Level;
-use iridesce_numerics::Watch;
 use iridesce_numerics::lanes::SINGLES as LANES;
+use iridesce_numerics::{Vec3, Watch};
 use iridesce_optics::stack::solve;
 use iridesce_optics::{Complex64, Polarization};
 use iridesce_scene::{Context, Origin, ResolvedScene, Scene, resolve};
 
+use super::found::Target;
 use super::*;
 use crate::framebuffer::RenderOptions;
+use crate::geometry::Hit;
+use crate::medium_stack::MediumStack;
 use crate::prepare::Prepared;
 use crate::spectral::Nodes;
 

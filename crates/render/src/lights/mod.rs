@@ -4,8 +4,13 @@
 
 pub mod chooser;
 pub mod delta;
+mod make;
 pub mod polarization;
 pub mod seeds;
+mod weights;
+mod worth;
+
+pub use self::make::EmittingObject;
 
 use std::sync::Arc;
 
@@ -13,16 +18,13 @@ use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_numerics::lanes::Singles as Lanes;
-use iridesce_numerics::lanes::blocks;
-use iridesce_optics::OpticsError;
-use iridesce_optics::color::{Illuminant, Observer, REC709_LUMINANCE, rgb_basis};
-use iridesce_scene::{Emitter, Light, ResolvedEnvironment, ResolvedScene, ResolvedSource, Sun};
+use iridesce_scene::{ResolvedEnvironment, ResolvedSource};
 
-use self::chooser::{Extent, FEW, LightId, expected_picks};
+use self::chooser::{Extent, LightId};
 use self::delta::DeltaSource;
 use self::polarization::Linear;
+use self::weights::{MapBlock, Weights, add_weighted};
 use crate::environment::{MapLookup, MapSampler};
-use crate::spectral::Nodes;
 
 /// Light that a path finds.
 #[derive(Debug, Clone, Copy)]
@@ -38,20 +40,8 @@ pub enum Source {
 /// What a light emits at a block of nodes, halved as [`Weights`] are.
 pub struct Emitted {
     pub weights: [[f32; LANES]; 3],
-    /// Spectral radiance ([`Nodes::radiance`]).
+    /// Spectral radiance ([`crate::spectral::Nodes::radiance`]).
     pub radiance: [f32; LANES],
-}
-
-/// Weights of X, Y, Z at a block of nodes. They are halved because they meet the sum of s and p weights.
-type Weights = [Lanes; 3];
-
-/// Spectra and weights of the maps at a block of nodes, side by side in memory as they are read.
-#[derive(Clone, Copy)]
-struct MapBlock {
-    /// Spectra of linear Rec.709 red, green and blue relative to D65; their sum is 1.
-    basis: [Lanes; 3],
-    /// D65, by which the radiance of a map is meant.
-    weights: Weights,
 }
 
 /// What lights of a scene look like by direction: the same whatever the nodes are.
@@ -165,126 +155,7 @@ pub struct Lights {
     pub deltas: Vec<DeltaLamp>,
 }
 
-/// Direction, cosine of the radius, weights and radiance of a sun at the nodes.
-type SkySun = (Vec3, f64, [Vec<f64>; 3], Vec<f64>);
-
-/// An object that emits.
-pub struct EmittingObject<'a> {
-    pub object: usize,
-    pub emitter: &'a Emitter,
-    pub extent: Option<Extent>,
-}
-
 impl Lights {
-    /// `emitters`: in the order of their numbers.
-    pub fn new(
-        scene: &ResolvedScene,
-        nodes: &Nodes,
-        around: &EnvironmentLight,
-        emitters: &[EmittingObject<'_>],
-    ) -> Result<Lights, OpticsError> {
-        let map_weights = halved(&Illuminant::named("D65")?, nodes);
-        let basis: [Vec<f64>; 3] =
-            std::array::from_fn(|rgb| nodes.wavelength_nm.iter().map(|&nm| rgb_basis(nm)[rgb]).collect());
-        let rgb_to_xyz = std::array::from_fn(|rgb| {
-            std::array::from_fn(|c| map_weights[c].iter().zip(&basis[rgb]).map(|(w, f)| 2.0 * w * f).sum::<f64>())
-        });
-        let mut uniform: Option<[Vec<f64>; 3]> = None;
-        let mut uniform_radiance = vec![0.0; nodes.row_len()];
-        let mut suns: Vec<SkySun> = Vec::new();
-        let radiance_of = |illuminant: &Illuminant, power: f64| -> Vec<f64> {
-            // Halved, as all weights are; of renders without spectra nobody asks.
-            let has_spectra = nodes.probes().len() > 0;
-            let values = if has_spectra { nodes.radiance(illuminant) } else { vec![0.0; nodes.row_len()] };
-            values.into_iter().map(|value| 0.5 * power * value).collect()
-        };
-        let radiance_blocks = |illuminant: &Illuminant, power: f64| blocks(radiance_of(illuminant, power).into_iter());
-        let cos_radius = |sun: &Sun| sun.angular_radius_deg.to_radians().cos();
-        for environment in &scene.environments {
-            match &environment.source {
-                ResolvedSource::Map(_) => {}
-                ResolvedSource::Sky(_, sun) => {
-                    let weights = scaled(&halved(&sun.illuminant, nodes), environment.radiance * sun.radiance);
-                    let direction = turned(sun.direction.into(), environment.rotation_deg).normalized();
-                    let cos_radius = cos_radius(sun);
-                    // Two skies have one sun, of both radiances: a place of the sky is looked up in one disc.
-                    let radiance = radiance_of(&sun.illuminant, environment.radiance * sun.radiance);
-                    match suns.iter_mut().find(|(there, cos, ..)| (*there, *cos) == (direction, cos_radius)) {
-                        Some((_, _, sum, total)) => {
-                            add_to(sum, &weights);
-                            total.iter_mut().zip(radiance).for_each(|(total, own)| *total += own);
-                        }
-                        None => suns.push((direction, cos_radius, weights, radiance)),
-                    }
-                }
-                ResolvedSource::Uniform(illuminant) => {
-                    let own = scaled(&halved(illuminant, nodes), environment.radiance);
-                    let sum = uniform.get_or_insert_with(|| std::array::from_fn(|_| vec![0.0; nodes.len()]));
-                    add_to(sum, &own);
-                    let radiance = radiance_of(illuminant, environment.radiance);
-                    uniform_radiance.iter_mut().zip(radiance).for_each(|(total, own)| *total += own);
-                }
-            }
-        }
-        let sun_disc = |(direction, cos_radius, weights, radiance): SkySun, linear, is_of_sky| SunDisc {
-            direction,
-            cos_radius,
-            xyz: sums(&weights),
-            weights: in_blocks(weights),
-            radiance: blocks(radiance.into_iter()),
-            linear,
-            is_of_sky,
-        };
-        let mut suns: Vec<SunDisc> = suns.into_iter().map(|disc| sun_disc(disc, None, true)).collect();
-        let mut deltas = Vec::new();
-        for light in &scene.recipe.lights {
-            match light {
-                Light::Environment(_) => {}
-                Light::Sun(sun) => {
-                    let weights = scaled(&halved(&sun.illuminant, nodes), sun.radiance);
-                    let radiance = radiance_of(&sun.illuminant, sun.radiance);
-                    let disc = (sun.direction.into(), cos_radius(sun), weights, radiance);
-                    suns.push(sun_disc(disc, sun.polarized_deg.map(Linear::new), false));
-                }
-                Light::Delta(delta) => deltas.push(DeltaLamp {
-                    source: DeltaSource::new(&delta.kind),
-                    weights: in_blocks(scaled(&halved(&delta.illuminant, nodes), delta.power)),
-                    radiance: radiance_blocks(&delta.illuminant, delta.power),
-                    linear: delta.polarized_deg.map(Linear::new),
-                    power: delta.power,
-                }),
-            }
-        }
-        let area_light = |&EmittingObject { object, emitter, extent }: &EmittingObject<'_>| AreaLight {
-            object,
-            weights: in_blocks(scaled(&halved(&emitter.illuminant, nodes), emitter.radiance)),
-            radiance: radiance_blocks(&emitter.illuminant, emitter.radiance),
-            linear: emitter.polarized_deg.map(Linear::new),
-            power: emitter.radiance,
-            extent,
-        };
-        Ok(Lights {
-            uniform_xyz: uniform.as_ref().map_or([0.0; 3], sums),
-            uniform: uniform.map(in_blocks).unwrap_or_default(),
-            uniform_radiance: blocks(uniform_radiance.into_iter()),
-            map_radiance: radiance_blocks(&Illuminant::named("D65")?, 1.0),
-            whole: 1.0,
-            maps: around.maps.clone(),
-            mean_rgb: around.mean_rgb,
-            least_rgb: around.least_rgb,
-            sampler: around.sampler.clone(),
-            map_blocks: in_blocks(map_weights)
-                .into_iter()
-                .zip(in_blocks(basis))
-                .map(|(weights, basis)| MapBlock { basis, weights })
-                .collect(),
-            rgb_to_xyz,
-            suns,
-            area_lights: emitters.iter().map(area_light).collect(),
-            deltas,
-        })
-    }
-
     /// Weights of Y at a block of nodes for D65, whatever the lights are; halved.
     #[inline(always)]
     pub fn white<S: Simd>(&self, simd: S, block: usize) -> f32x16<S> {
@@ -308,135 +179,6 @@ impl Lights {
         } else {
             LightId::Delta(at - suns - emitters)
         }
-    }
-
-    /// About the Y of the irradiance that a light makes at a place on what faces it.
-    #[inline(always)]
-    pub fn expected(&self, light: LightId, from: Vec3) -> f64 {
-        match light {
-            LightId::Maps => 0.0,
-            LightId::Sun(sun) => self.suns[sun].irradiance(),
-            LightId::Emitter(emitter) => {
-                let light = &self.area_lights[emitter];
-                light.power * light.extent.map_or(0.0, |extent| extent.irradiance(from))
-            }
-            LightId::Delta(delta) => {
-                let light = &self.deltas[delta];
-                light.power * light.source.seen(from).map_or(0.0, |seen| seen.irradiance)
-            }
-        }
-    }
-
-    /// About the Y of the irradiance that all sampled lights make at a place on what faces them, the maps apart.
-    pub fn all_expected(&self, from: Vec3) -> f64 {
-        (0..self.count()).map(|at| self.expected(self.id(at), from)).sum()
-    }
-
-    /// What is expected of every light at a place, each added to all before it.
-    #[inline(always)]
-    pub fn add_up_expected(&self, from: Vec3, sums: &mut Vec<f64>) {
-        sums.clear();
-        let mut sum = 0.0;
-        for at in 0..self.count() {
-            sum += self.expected(self.id(at), from);
-            sums.push(sum);
-        }
-    }
-
-    /// How often a light is sampled from a place, on average.
-    #[inline(always)]
-    pub fn expected_picks(&self, light: LightId, from: Vec3) -> f64 {
-        let count = self.count();
-        if count <= FEW {
-            return 1.0;
-        }
-        let total = (0..count).map(|at| self.expected(self.id(at), from)).sum();
-        expected_picks(self.expected(light, from), total, count)
-    }
-
-    /// The mean radiance Y, over all directions and some places, that a light is worth there.
-    fn mean_radiance(&self, light: LightId, places: &[Vec3]) -> f64 {
-        let sum: f64 = places.iter().map(|place| self.expected(light, *place)).sum();
-        sum / (places.len() as f64 * std::f64::consts::PI)
-    }
-
-    /// By what a path's s and p weights are judged: the Y weights of the lights, each by how much light it is expected to
-    /// give at `places` of the scene, scaled to a sum of 1/2.
-    ///
-    /// They are kept even where a cardinal spline dips below zero: choices in proportion to exactly the luminance
-    /// that the picture shows are what keeps a white furnace white.
-    pub fn importance(&self, places: &[Vec3]) -> Vec<Lanes> {
-        self.mixture(places, [0.0, 1.0, 0.0])
-    }
-
-    /// By what places in the spectrum are chosen: X and Z of the lights count too. By Y alone one choice in fifty is blue, and
-    /// stands for fifty times its light.
-    pub fn color_importance(&self, places: &[Vec3]) -> Vec<Lanes> {
-        self.mixture(places, [0.25, 0.5, 0.25])
-    }
-
-    /// Weights of the lights, of X, Y, Z in these shares, each light by how much Y it is expected to give.
-    fn mixture(&self, places: &[Vec3], shares: [f32; 3]) -> Vec<Lanes> {
-        let of = |weights: &[Weights], shares: [f32; 3]| -> Vec<Lanes> {
-            let sum = |[x, y, z]: &Weights, at: usize| x.0[at] * shares[0] + y.0[at] * shares[1] + z.0[at] * shares[2];
-            weights.iter().map(|w| iridesce_numerics::lanes::Lanes(std::array::from_fn(|at| sum(w, at)))).collect()
-        };
-        let y = |weights: &[Weights]| -> Vec<Lanes> { of(weights, [0.0, 1.0, 0.0]) };
-        let total = |weights: &[Lanes]| weights.iter().flat_map(|l| l.0).map(f64::from).sum::<f64>();
-        let maps: Vec<Weights> = self.map_blocks.iter().map(|block| block.weights).collect();
-        let map_y: f64 = self.mean_rgb.iter().zip(REC709_LUMINANCE).map(|(v, y)| f64::from(*v) * y).sum();
-        // The sun of a sky is of the sky's own colour, and counts with it.
-        let suns = self.suns.iter().map(|sun| if sun.is_of_sky { &[] } else { &sun.weights[..] });
-        let single = suns
-            .chain(self.area_lights.iter().map(|light| &light.weights[..]))
-            .chain(self.deltas.iter().map(|light| &light.weights[..]))
-            .enumerate()
-            .map(|(at, weights)| (weights, self.mean_radiance(self.id(at), places)));
-        let uniform_y = 2.0 * total(&y(&self.uniform));
-        let has_maps = self.has_maps();
-        let kinds: Vec<(Vec<Lanes>, f64, f64)> =
-            [(&self.uniform[..], uniform_y), (&maps[..], if has_maps { map_y } else { 0.0 })]
-                .into_iter()
-                .chain(single)
-                .map(|(weights, worth)| (of(weights, shares), total(&y(weights)), worth))
-                .filter(|(_, total, worth)| *worth > 0.0 && *total > 0.0)
-                .collect();
-        let mut sum = vec![0.0; self.map_blocks.len() * LANES];
-        for (weights, total, worth) in &kinds {
-            // One alone keeps exactly its own weights.
-            let scale = if kinds.len() == 1 { 1.0 } else { worth / total };
-            for (sum, weight) in sum.iter_mut().zip(weights.iter().flat_map(|l| l.0)) {
-                *sum += scale * f64::from(weight);
-            }
-        }
-        if kinds.is_empty() {
-            sum.fill(1.0);
-        }
-        let all: f64 = sum.iter().sum();
-        blocks(sum.into_iter().map(|w| 0.5 * w / all))
-    }
-
-    /// Sets what a polariser before the camera passes of each Stokes component, where a path carries a row for each: the
-    /// picture's colours are then the sum of the rows in these shares. For all lights, and after their importance is known.
-    pub fn polarize(&mut self, passes: [f64; 4]) {
-        let spread = |weights: &mut Vec<Weights>| {
-            let base = weights.len() / passes.len();
-            for at in base..weights.len() {
-                let passes = passes[at / base];
-                weights[at] = weights[at % base].map(|lanes| scaled_lanes(lanes, passes));
-            }
-            for weights in &mut weights[..base] {
-                *weights = weights.map(|lanes| scaled_lanes(lanes, passes[0]));
-            }
-        };
-        spread(&mut self.uniform);
-        self.suns.iter_mut().for_each(|sun| spread(&mut sun.weights));
-        self.area_lights.iter_mut().for_each(|light| spread(&mut light.weights));
-        self.deltas.iter_mut().for_each(|light| spread(&mut light.weights));
-        let mut maps: Vec<Weights> = self.map_blocks.iter().map(|block| block.weights).collect();
-        spread(&mut maps);
-        self.map_blocks.iter_mut().zip(maps).for_each(|(block, weights)| block.weights = weights);
-        self.whole = (1.0 / passes[0]) as f32;
     }
 
     /// What a light emits at a block of the first row, for sums beside those of the picture.
@@ -598,47 +340,4 @@ impl Lights {
         let Some(weights) = self.uniform.get(block) else { return xyz };
         add_weighted(simd, weights, s_and_p, xyz)
     }
-}
-
-fn scaled_lanes(lanes: Lanes, factor: f64) -> Lanes {
-    iridesce_numerics::lanes::Lanes(lanes.0.map(|value| value * factor as f32))
-}
-
-#[inline(always)]
-fn add_weighted<S: Simd>(simd: S, weights: &Weights, s_and_p: f32x16<S>, [x, y, z]: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
-    [
-        weights[0].load(simd).mul_add(s_and_p, x),
-        weights[1].load(simd).mul_add(s_and_p, y),
-        weights[2].load(simd).mul_add(s_and_p, z),
-    ]
-}
-
-/// A direction turned from +z towards +x about +y.
-fn turned(v: Vec3, degrees: f64) -> Vec3 {
-    let (sin, cos) = degrees.to_radians().sin_cos();
-    Vec3::new(v.x * cos + v.z * sin, v.y, v.z * cos - v.x * sin)
-}
-
-fn add_to(sum: &mut [Vec<f64>; 3], own: &[Vec<f64>; 3]) {
-    for (sum, own) in sum.iter_mut().flatten().zip(own.iter().flatten()) {
-        *sum += own;
-    }
-}
-
-fn scaled(weights: &[Vec<f64>; 3], factor: f64) -> [Vec<f64>; 3] {
-    std::array::from_fn(|c| weights[c].iter().map(|w| factor * w).collect())
-}
-
-/// XYZ of a light that nothing stands before: s and p weights are 1 each.
-fn sums(weights: &[Vec<f64>; 3]) -> [f64; 3] {
-    std::array::from_fn(|c| 2.0 * weights[c].iter().sum::<f64>())
-}
-
-fn halved(illuminant: &Illuminant, nodes: &Nodes) -> [Vec<f64>; 3] {
-    nodes.weights(illuminant, Observer::Cie1931).map(|w| w.into_iter().map(|v| 0.5 * v).collect())
-}
-
-fn in_blocks([a, b, c]: [Vec<f64>; 3]) -> Vec<[Lanes; 3]> {
-    let [a, b, c] = [a, b, c].map(|v| blocks(v.into_iter()));
-    a.into_iter().zip(b).zip(c).map(|((a, b), c)| [a, b, c]).collect()
 }
