@@ -73,7 +73,6 @@ KNOWN_CIRCLES: dict[tuple[str, ...], str] = {
         "stack::sweep",
         "stack::sweep::axes",
     ): "axes take Operand from the face of sweep: into a file of its own",
-    ("render", "integrator", "integrator::escape"): "escape adds to Sums, which stands with the integrator",
     (
         "thickness",
         "flow_field",

@@ -9,8 +9,7 @@ use iridesce_numerics::Vec3;
 
 use super::Tracer;
 use super::direct::Scatters;
-use super::found::{Found, Sums, Target};
-use super::path::{Continuation, Path, Scattered, Since};
+use super::path::{Continuation, Found, Path, Scattered, Since, Sums, Target};
 use super::specular::{Expected, Sides};
 use crate::caustics::{Departure, Lobe, Search, Told};
 use crate::chain::Chain;

@@ -5,8 +5,7 @@ use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::SINGLES as LANES;
 
 use super::direct::Scatters;
-use super::found::Sums;
-use super::path::{Continuation, Path, Scattered, Since};
+use super::path::{Continuation, Path, Scattered, Since, Sums};
 use super::{LATE_SURVIVAL, Tracer};
 use crate::facet_lanes::{cosine_lanes, dot, single_points, world_lanes};
 use crate::geometry::frame;

@@ -17,9 +17,8 @@ use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::SINGLES as LANES;
 
 use super::Tracer;
-use super::escape::Share;
-use super::found::{Sums, Target};
-use super::path::{Path, Scattered, Since};
+use super::escaped::Share;
+use super::path::{Path, Scattered, Since, Sums, Target};
 use crate::chain::Chain;
 use crate::failure::PathFailure;
 use crate::film::Phase;

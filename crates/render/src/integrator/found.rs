@@ -5,43 +5,10 @@ use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::Singles as Lanes;
 
 use super::Tracer;
-use super::escape::Share;
-use super::path::{Continuation, Scattered};
+use super::escaped::Share;
+use super::path::{Continuation, Found, Scattered, Sums, Target};
 use crate::lights::Source;
 use crate::lights::chooser::LightId;
-
-/// Where the spectra of a branch are written.
-#[derive(Clone, Copy)]
-pub(super) enum Target {
-    /// Into the arena: the branch goes on.
-    Slot(usize),
-    /// Among the paths that leave for lights that depend on direction.
-    Out(usize),
-    /// Nowhere: it finds the uniform lights only.
-    Uniform,
-    /// Nowhere: it finds this share of an emitter.
-    Emitter(usize, f32),
-    /// As these, and to the sums beside those of the picture.
-    Told(Found),
-    /// Nowhere at all.
-    Nowhere,
-}
-
-/// What a branch finds whose light is told to the sums beside those of the picture, too.
-#[derive(Clone, Copy)]
-pub(super) enum Found {
-    /// [`Target::Out`].
-    Out(usize),
-    /// [`Target::Uniform`].
-    Uniform,
-    /// [`Target::Emitter`].
-    Emitter(usize, f32),
-    /// [`Continuation::Backdrop`]: the sums of the picture hear of the sun alone.
-    Backdrop(Option<usize>),
-}
-
-/// Sums of X, Y, Z over a block's lanes.
-pub(super) struct Sums<S: Simd>(pub(super) [f32x16<S>; 3]);
 
 impl Tracer<'_> {
     /// Where the spectra of a branch are written.

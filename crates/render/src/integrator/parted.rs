@@ -5,8 +5,7 @@ use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::Singles as Lanes;
 
 use super::Tracer;
-use super::found::Sums;
-use super::path::{Continuation, Path};
+use super::path::{Continuation, Path, Sums};
 use crate::coating::IndexTable;
 use crate::geometry::Hit;
 use crate::medium_stack::MediumStack;

@@ -13,8 +13,7 @@ use iridesce_numerics::Vec3;
 
 use super::direct::Scatters;
 use super::facets::{Facets, Stack, scaled};
-use super::found::Sums;
-use super::path::{Continuation, Path, Scattered, Since};
+use super::path::{Continuation, Path, Scattered, Since, Sums};
 use super::{BRANCHES, LATE_SURVIVAL, Tracer};
 use crate::camera::Ray;
 use crate::coating::LayersAt;

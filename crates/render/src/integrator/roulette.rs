@@ -9,8 +9,7 @@
 use fearless_simd::Simd;
 use iridesce_numerics::Vec3;
 
-use super::found::{Sums, Target};
-use super::path::{Continuation, Path, Since};
+use super::path::{Continuation, Path, Since, Sums, Target};
 use super::{GROUP, LATE_SURVIVAL, SPARSE, Tracer};
 use crate::geometry::Hit;
 use crate::materials::Material;

@@ -4,9 +4,8 @@ use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::Singles as Lanes;
 
-use super::found::{Sums, Target};
 use super::parted::{Apart, Refracted};
-use super::path::{Continuation, Path, Scattered, Since};
+use super::path::{Continuation, Path, Scattered, Since, Sums, Target};
 use super::roulette::Onward;
 use super::{SAME_PLANE, Tracer};
 use crate::coating::{LayersAt, Sequence};

@@ -5,7 +5,7 @@ use iridesce_optics::stack::solve;
 use iridesce_optics::{Complex64, Polarization};
 use iridesce_scene::{Context, Origin, ResolvedScene, Scene, resolve};
 
-use super::found::Target;
+use super::path::Target;
 use super::*;
 use crate::framebuffer::RenderOptions;
 use crate::geometry::Hit;
