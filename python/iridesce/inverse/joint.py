@@ -23,6 +23,7 @@ from iridesce.inverse.posterior import PRIOR_FILM, PRIOR_NONE, PRIOR_OTHER, log_
 from iridesce.inverse.results import FitResult, Solution
 from iridesce.inverse.search import round_trip_rate
 from iridesce.inverse.solve import student
+from iridesce.inverse.summit import summit
 from iridesce.inverse.tolerances import Tolerances
 from iridesce.optics.medium import Medium
 from iridesce.stack import Layer, Stack
@@ -61,6 +62,7 @@ class _Peak:
     covariance: Floats
     log_mass: float
     at_end: bool
+    is_settled: bool
 
 
 class Joint:
@@ -191,39 +193,17 @@ class Joint:
         return [x for log, x in found if log > found[0][0] - _FAR][: 3 * _MOST_PEAKS]
 
     def _climb(self, start: Floats) -> _Peak:
-        """Newton's method on the logarithm of the posterior; widths follow its own curvature."""
-        x = start.copy()
-        count = x.size
-        low, high = np.full(count, -np.inf), np.full(count, np.inf)
+        """The top of the posterior near a start; its width follows its own curvature."""
+        low, high = np.full(start.size, -np.inf), np.full(start.size, np.inf)
         low[: self.unknown], high[: self.unknown] = self.bounds[:, 0], self.bounds[:, 1]
         fastest = self._fastest()
         step = np.array([*(0.05 / fastest), *(0.02 * sd for sd in self.axes.sds())])
         longest = np.array([*(0.5 / fastest), *(1.5 * sd for sd in self.axes.sds())])
-        self._fix(x)
-        covariance, value = np.diag(step**2), -math.inf
-        for turn in range(25):
-            gradient, hessian, value = self._curvature(x, step, low, high)
-            eigenvalues, vectors = np.linalg.eigh(-hessian * np.multiply.outer(step, step))
-            eigenvalues = np.maximum(eigenvalues, 1e-6)
-            move = vectors @ ((vectors.T @ (gradient * step)) / eigenvalues) * step
-            covariance = (vectors / eigenvalues) @ vectors.T * np.multiply.outer(step, step)
-            sd = np.sqrt(np.diag(covariance))
-            move = move / max(1.0, float(np.abs(move / longest).max()))
-            moved = np.clip(x + move, low, high)
-            done = bool((np.abs(moved - x) < 0.05 * sd).all()) and turn > 2
-            x = moved
-            # A third of the standard deviation: neither rounding nor the next peak.
-            step = np.clip(0.3 * sd, 0.2 * step, 5.0 * step)
-            step = np.minimum(step, longest)
-            if done:
-                break
-            if turn % 3 == 2:
-                self._fix(x)
-        self._fix(x)
-        value = float(self._logs(x[None, :])[0])
-        volume = float(np.linalg.slogdet(2.0 * math.pi * covariance)[1])
-        at_end = bool((x <= low + 1e-9).any() or (x >= high - 1e-9).any())
-        return _Peak(x, covariance, value + 0.5 * volume, at_end)
+        top = summit(self._logs, self._fix, start, step, longest, (low, high))
+        value = float(self._logs(top.x[None, :])[0])
+        volume = float(np.linalg.slogdet(2.0 * math.pi * top.covariance)[1])
+        at_end = bool((top.x <= low + 1e-9).any() or (top.x >= high - 1e-9).any())
+        return _Peak(top.x, top.covariance, value + 0.5 * volume, at_end, top.is_settled)
 
     def _fastest(self) -> Floats:
         """Radians of the round trip a nm, of each unknown layer."""
@@ -250,24 +230,6 @@ class Joint:
                 x, log = points[best], float(logs[best])
         return x, log
 
-    def _curvature(self, x: Floats, step: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, float]:
-        count = x.size
-        # Inside the bounds by a step, so that both sides can be asked.
-        middle = np.clip(x, low + step, np.maximum(high - step, low + step))
-        unit = np.diag(step)
-        pairs = [(i, j) for i in range(count) for j in range(i)]
-        points = [middle, *(middle + one for one in unit), *(middle - one for one in unit)]
-        points += [middle + unit[i] + unit[j] for i, j in pairs] + [middle - unit[i] - unit[j] for i, j in pairs]
-        logs = self._logs(np.array(points))
-        at, up, down = logs[0], logs[1 : count + 1], logs[count + 1 : 2 * count + 1]
-        hessian = np.diag((up - 2.0 * at + down) / step**2)
-        for number, (i, j) in enumerate(pairs):
-            both, neither = logs[2 * count + 1 + number], logs[2 * count + 1 + len(pairs) + number]
-            mixed = 0.5 * (both + neither - up[i] - up[j] - down[i] - down[j] + 2.0 * at) / (step[i] * step[j])
-            hessian[i, j] = hessian[j, i] = mixed
-        gradient = (up - down) / (2.0 * step) + hessian @ (x - middle)
-        return gradient, hessian, float(at)
-
     # --- answer
 
     def result(self, probability: float) -> FitResult:
@@ -293,6 +255,10 @@ class Joint:
         rest = float(shares[2:].sum()) - sum(one.weight for one in solutions)
         verdict = self._verdict(solutions, [peaks[place] for place in order], float(shares[0]), float(shares[1]))
         self._remarks(solutions, verdict)
+        if solutions and not peaks[order[0]].is_settled:
+            self.notes.append(
+                "the search did not come to rest on a top: the thickness and its interval are those of where it stopped"
+            )
         sds = np.concatenate([np.full(block.nm.size, 1.0) for block in self.blocks])
         return FitResult(
             solutions,
@@ -427,7 +393,7 @@ class Joint:
         if none > 0.5 or not solutions:
             return "none"
         best = solutions[0]
-        if other > 0.5 or best.kappa >= 10.0 or peaks[0].at_end:
+        if other > 0.5 or best.kappa >= 10.0 or peaks[0].at_end or not peaks[0].is_settled:
             return "doubtful"
         known = any(block.of.of_polarization or block.of.gain is not None for block in self.blocks)
         if not known and self._fringes(peaks[0].x) < _FRINGES_OF_A_LAMP:

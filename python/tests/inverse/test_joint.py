@@ -101,6 +101,24 @@ def test_an_index_is_found_with_the_thickness() -> None:
     assert loose.best.sd_nm > 2.0 * tight.best.sd_nm
 
 
+@pytest.mark.parametrize(("thickness_nm", "tolerance"), [(340.0, 0.002), (120.0, 0.01)])
+def test_a_tolerance_of_the_index_is_the_width_of_one_reflectance_of_free_gain(
+    thickness_nm: float, tolerance: float
+) -> None:
+    """Thickness and index lie on a ridge, n h; along it little is known but the tolerance, which is all the width there is.
+
+    (Steps along thickness and index apart led off the ridge, where the posterior bends the other way: 340 +- 318 nm.)
+    """
+    nm = np.arange(450.0, 750.0, 2.0)
+    clean = ir.Stack.parse(f"air / Ta2O5 {thickness_nm} / N-BK7").reflectance(nm)
+    counts = 3e4 * (clean + 2e-3 * np.random.default_rng(1).standard_normal(nm.size))
+    best = fit([ir.Measurement("reflectance", nm, counts)], "air / Ta2O5 ? / N-BK7", index_tolerance=tolerance).best
+    # Dispersion and contrast may know more of the index; and a posterior is no wider than its prior, but for a tail.
+    assert 0.1 * tolerance * thickness_nm < best.sd_nm < 1.5 * tolerance * thickness_nm
+    assert abs(best.thickness_nm - thickness_nm) < 4.0 * best.sd_nm
+    assert best.precision_nm < best.sd_nm and best.index[1]["n_sd"] < 1.5 * tolerance * best.index[1]["n"]
+
+
 def test_what_was_not_said_of_index_and_wavelengths_is_in_the_accuracy() -> None:
     """What a fit finds under an index that is off by hand is what the accuracy holds."""
     unsaid: dict[str, Any] = {"index_tolerance": None, "wavelength_tolerance_nm": None}
