@@ -5,8 +5,9 @@
 //! are probabilities of explanations, no film among them.
 //!
 //! The modules depend on one another in one direction only: `error -> cholesky -> tridiagonal -> response -> evidence` for spectra,
-//! `error -> pixels -> lines -> exposure -> neighbours -> regions -> photograph` for pictures.
+//! `error -> pixels -> blocks -> lines -> exposure -> neighbours -> regions -> photograph` for pictures.
 
+mod blocks;
 mod cholesky;
 mod error;
 mod evidence;

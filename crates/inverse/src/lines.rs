@@ -3,9 +3,13 @@
 //! Along a line neighbouring thicknesses differ by a Laplace distributed step, now and then by a jump:
 //! P(h' | h) = (1 - e) exp(-|h' - h| / tau) / (2 tau) + e / range. Sums over candidates run forward and backward along every row and
 //! every column (Rabiner, Proc. IEEE 77, 257 (1989)); a pixel's belief is its own likelihood, once, times the four messages
-//! that reach it (Drory et al. 2014, doi 10.1007/978-3-319-11752-2_4: counted four times it is too sure of itself).
+//! that reach it (Drory et al. 2014, doi 10.1007/978-3-319-11752-2_4: counted four times it is too sure of itself). Sixteen lines
+//! are passed along at once, a lane a line.
 
-use iridesce_numerics::Watch;
+use fearless_simd::{Simd, dispatch, f32x16, prelude::*};
+use iridesce_numerics::lanes::{SINGLES, Singles};
+use iridesce_numerics::turns::exp2;
+use iridesce_numerics::{Watch, simd};
 use rayon::prelude::*;
 
 use crate::InverseError;
@@ -13,12 +17,10 @@ use crate::pixels::{Candidate, MOST, filled};
 
 /// Share of neighbours between which there is an edge.
 const JUMP: f32 = 1e-3;
-/// Columns a task, so that the rows of a block of columns come in whole cache lines.
-const BLOCK: usize = 16;
-/// Rows a task.
-const ROWS: usize = 16;
 /// A message is nothing to a candidate at this share of the best; four of them are still a float.
 const LEAST: f32 = 1e-8;
+/// Steps along a line between two questions to the watch.
+const PIECE: usize = 1 << 12;
 
 /// How thickness changes from a pixel to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,74 +31,104 @@ pub struct Slope {
     pub range_nm: f32,
 }
 
-type Messages = [f32; MOST];
+/// What sixteen pixels hear, a lane a pixel, for each of their candidates.
+type Messages<S> = [f32x16<S>; MOST];
 
-/// From the candidates of one pixel (likelihoods times what came to it) to those of the next. Where nothing is known, nothing is
-/// passed on.
-#[inline]
-fn pass(from: &[Candidate], come: &Messages, to: &[Candidate], slope: &Slope) -> Messages {
-    let near = (1.0 - JUMP) / (2.0 * slope.tau_nm);
-    let far = JUMP / slope.range_nm;
-    let rate = 1.0 / slope.tau_nm;
-    let mut belief = [0.0; MOST];
-    let mut total = 0.0;
-    for ((belief, one), come) in belief.iter_mut().zip(from).zip(come) {
-        *belief = one.likelihood * come;
-        total += *belief;
-    }
-    if total <= 0.0 {
-        return [1.0; MOST];
-    }
-    let mut out = [0.0; MOST];
-    let mut most = 0.0_f32;
-    for (value, to) in out.iter_mut().zip(to) {
-        if to.likelihood <= 0.0 {
-            break; // candidates stand in front
-        }
-        let mut sum = far * total;
-        for (belief, from) in belief.iter().zip(from) {
-            if *belief > 0.0 {
-                // A step of less than the pixel's own uncertainty is no step.
-                let blur = 0.8 * (from.sd_nm + to.sd_nm).min(4.0 * slope.tau_nm);
-                let step = ((to.thickness_nm - from.thickness_nm).abs() - blur).max(0.0) * rate;
-                if step < 20.0 {
-                    sum += belief * near * (-step).exp();
+/// Candidates of sixteen pixels side by side, each on a line of its own.
+#[derive(Debug, Clone, Copy)]
+struct Front {
+    thickness_nm: [Singles; MOST],
+    likelihood: [Singles; MOST],
+    sd_nm: [Singles; MOST],
+    /// The most that one of them has.
+    most: usize,
+}
+
+impl Front {
+    /// Of the pixels `at(lane)`, `many` of them; the other lanes have none.
+    #[inline(always)]
+    fn gather(candidates: &[Candidate], many: usize, at: impl Fn(usize) -> usize) -> Front {
+        let none = [Singles::ZERO; MOST];
+        let mut out = Front { thickness_nm: none, likelihood: none, sd_nm: none, most: 0 };
+        for lane in 0..many {
+            let first = at(lane) * MOST;
+            for (k, one) in candidates[first..first + MOST].iter().enumerate() {
+                if one.likelihood <= 0.0 {
+                    break; // candidates stand in front
                 }
+                out.thickness_nm[k].0[lane] = one.thickness_nm;
+                out.likelihood[k].0[lane] = one.likelihood;
+                out.sd_nm[k].0[lane] = one.sd_nm;
+                out.most = out.most.max(k + 1);
             }
         }
-        *value = sum;
-        most = most.max(sum);
+        out
     }
-    if most <= 0.0 {
-        return [1.0; MOST];
-    }
-    out.map(|value| (value / most).max(LEAST))
 }
 
-/// Both directions along one line; `at(i)` is the place of its pixel i, `hear` takes the messages that reach it.
-fn line(
-    length: usize,
-    at: impl Fn(usize) -> usize,
+/// From the candidates of sixteen pixels (likelihoods times what came to them) to those of the next. Where nothing is known,
+/// nothing is passed on.
+#[inline(always)]
+fn pass<S: Simd>(simd: S, from: &Front, come: &Messages<S>, to: &Front, slope: &Slope) -> Messages<S> {
+    let all = |value: f32| f32x16::splat(simd, value);
+    let rate = all(-std::f32::consts::LOG2_E / slope.tau_nm);
+    let near = all((1.0 - JUMP) / (2.0 * slope.tau_nm));
+    let longest = all(4.0 * slope.tau_nm);
+    let (zero, one) = (all(0.0), all(1.0));
+    let mut beliefs = [zero; MOST];
+    let mut total = zero;
+    for ((belief, likelihood), come) in beliefs.iter_mut().zip(&from.likelihood).zip(come).take(from.most) {
+        *belief = likelihood.load(simd) * *come;
+        total += *belief;
+    }
+    let far = all(JUMP / slope.range_nm) * total;
+    let mut out = [zero; MOST];
+    let mut most = zero;
+    for (t, out) in out.iter_mut().enumerate().take(to.most) {
+        let (there, sd) = (to.thickness_nm[t].load(simd), to.sd_nm[t].load(simd));
+        let mut sum = far;
+        for (f, belief) in beliefs.iter().enumerate().take(from.most) {
+            // A step of less than the pixel's own uncertainty is no step.
+            let blur = all(0.8) * (from.sd_nm[f].load(simd) + sd).min(longest);
+            let step = ((there - from.thickness_nm[f].load(simd)).abs() - blur).max(zero);
+            sum += *belief * near * exp2(step * rate);
+        }
+        *out = to.likelihood[t].load(simd).simd_gt(zero).select(sum, zero);
+        most = most.max(*out);
+    }
+    let told = most.simd_gt(zero);
+    let scale = one / told.select(most, one);
+    out.map(|value| told.select((value * scale).max(all(LEAST)), one))
+}
+
+/// Both directions along sixteen lines; `at(i, lane)` is the place of pixel i of a line, `hear` takes what reaches its pixels i.
+#[inline(always)]
+fn lines<S: Simd>(
+    simd: S,
+    (length, many): (usize, usize),
+    at: impl Fn(usize, usize) -> usize,
     candidates: &[Candidate],
     slope: &Slope,
-    mut hear: impl FnMut(usize, &Messages),
-) {
-    let of = |i: usize| &candidates[at(i) * MOST..(at(i) + 1) * MOST];
+    watch: &Watch,
+    mut hear: impl FnMut(usize, usize, &[Singles; MOST]),
+) -> Result<(), InverseError> {
     for backward in [false, true] {
+        let mut come = [f32x16::splat(simd, 1.0); MOST];
         let place = |i: usize| if backward { length - 1 - i } else { i };
-        let mut come: Messages = [1.0; MOST];
+        let mut from = Front::gather(candidates, many, |lane| at(place(0), lane));
         for i in 1..length {
-            come = pass(of(place(i - 1)), &come, of(place(i)), slope);
-            hear(place(i), &come);
+            if i % PIECE == 0 {
+                watch.check()?;
+            }
+            let to = Front::gather(candidates, many, |lane| at(place(i), lane));
+            come = pass(simd, &from, &come, &to, slope);
+            let mut heard = [Singles::ZERO; MOST];
+            heard.iter_mut().zip(come).for_each(|(heard, come)| heard.store(come));
+            hear(place(i), to.most, &heard);
+            from = to;
         }
     }
-}
-
-#[inline]
-fn times(belief: &mut [f32], come: &Messages) {
-    for (belief, come) in belief.iter_mut().zip(come) {
-        *belief *= come;
-    }
+    Ok(())
 }
 
 /// Beliefs of all candidates, `MOST` a pixel, each pixel's adding to 1 (0 for a pixel without any).
@@ -108,58 +140,57 @@ pub fn beliefs(
 ) -> Result<Vec<f32>, InverseError> {
     let height = candidates.len() / MOST / width.max(1);
     let mut out = filled(candidates.len(), 0.0_f32)?;
-    out.par_chunks_mut(width * MOST).enumerate().with_min_len(ROWS).try_for_each(|(row, out)| {
+    let level = simd::level_or_best();
+    // A task has sixteen rows.
+    out.par_chunks_mut(width * MOST * SINGLES).enumerate().try_for_each(|(task, out)| {
         watch.check()?;
-        let first = row * width * MOST;
-        for (belief, one) in out.iter_mut().zip(&candidates[first..]) {
+        let (first, many) = (task * SINGLES * width, out.len() / MOST / width);
+        for (belief, one) in out.iter_mut().zip(&candidates[first * MOST..]) {
             *belief = one.likelihood;
         }
-        line(
-            width,
-            |i| row * width + i,
-            candidates,
-            &slopes[0],
-            |i, come| {
-                times(&mut out[i * MOST..(i + 1) * MOST], come);
-            },
-        );
-        watch.add(width as u64);
+        let at = |i: usize, lane: usize| first + lane * width + i;
+        dispatch!(level, simd => lines(simd, (width, many), at, candidates, &slopes[0], watch, |i, most, heard| {
+            for lane in 0..many {
+                times(&mut out[(lane * width + i) * MOST..][..most], heard, lane);
+            }
+        }))?;
+        watch.add((width * many) as u64);
         Ok::<(), InverseError>(())
     })?;
-    // Each task owns a block of columns: of every row the part that lies in it.
-    let mut blocks: Vec<Vec<&mut [f32]>> = (0..width.div_ceil(BLOCK)).map(|_| Vec::with_capacity(height)).collect();
+    // And a task has sixteen columns: of every row the part that lies in them.
+    let mut blocks: Vec<Vec<&mut [f32]>> = (0..width.div_ceil(SINGLES)).map(|_| Vec::with_capacity(height)).collect();
     for row in out.chunks_mut(width * MOST) {
-        for (block, part) in blocks.iter_mut().zip(row.chunks_mut(BLOCK * MOST)) {
+        for (block, part) in blocks.iter_mut().zip(row.chunks_mut(SINGLES * MOST)) {
             block.push(part);
         }
     }
     blocks.into_par_iter().enumerate().try_for_each(|(block, mut rows)| {
-        let first = block * BLOCK;
-        let wide = BLOCK.min(width - first);
-        for column in 0..wide {
-            watch.check()?;
-            line(
-                height,
-                |i| i * width + first + column,
-                candidates,
-                &slopes[1],
-                |i, come| {
-                    times(&mut rows[i][column * MOST..(column + 1) * MOST], come);
-                },
-            );
-        }
-        for row in rows {
-            for pixel in row.chunks_exact_mut(MOST) {
-                let total: f32 = pixel.iter().sum();
-                if total > 0.0 {
-                    pixel.iter_mut().for_each(|value| *value /= total);
-                }
+        watch.check()?;
+        let first = block * SINGLES;
+        let many = SINGLES.min(width - first);
+        let at = |i: usize, lane: usize| i * width + first + lane;
+        dispatch!(level, simd => lines(simd, (height, many), at, candidates, &slopes[1], watch, |i, most, heard| {
+            for lane in 0..many {
+                times(&mut rows[i][lane * MOST..][..most], heard, lane);
+            }
+        }))?;
+        for pixel in rows.iter_mut().flat_map(|row| row.chunks_exact_mut(MOST)) {
+            let total: f32 = pixel.iter().sum();
+            if total > 0.0 {
+                pixel.iter_mut().for_each(|value| *value /= total);
             }
         }
-        watch.add((wide * height) as u64);
+        watch.add((many * height) as u64);
         Ok::<(), InverseError>(())
     })?;
     Ok(out)
+}
+
+#[inline(always)]
+fn times(beliefs: &mut [f32], heard: &[Singles; MOST], lane: usize) {
+    for (belief, heard) in beliefs.iter_mut().zip(heard) {
+        *belief *= heard.0[lane];
+    }
 }
 
 #[cfg(test)]

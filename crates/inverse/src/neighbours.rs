@@ -3,9 +3,10 @@
 use iridesce_numerics::Watch;
 
 use crate::InverseError;
+use crate::blocks::all_candidates;
 use crate::exposure::Films;
 use crate::lines::{Slope, beliefs};
-use crate::pixels::{Candidate, Exposure, MOST, Photograph, PixelTable, all_candidates};
+use crate::pixels::{Candidate, Exposure, MOST, Photograph, PixelTable};
 
 /// Side of the blocks in which neighbours are compared, pixels.
 const BLOCK: usize = 56;
@@ -106,9 +107,10 @@ pub fn neighbourhood(
         for block in &blocks {
             watch.check()?;
             let picture = block.picture();
-            let candidates = all_candidates(&tables, &picture, watch)?;
-            let beliefs = beliefs(&candidates, block.width, slopes, watch)?;
-            let best = best(&candidates, &beliefs);
+            let found = all_candidates(&tables, &picture, watch)?;
+            let candidates = &found.as_flattened().as_flattened()[..picture.count() * MOST];
+            let beliefs = beliefs(candidates, block.width, slopes, watch)?;
+            let best = best(candidates, &beliefs);
             for (axis, steps) in steps.iter_mut().enumerate() {
                 add_steps(&best, block.width, axis, quarter_nm, steps);
             }

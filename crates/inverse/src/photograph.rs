@@ -4,10 +4,11 @@ use iridesce_numerics::Watch;
 use rayon::prelude::*;
 
 use crate::InverseError;
+use crate::blocks::all_candidates;
 use crate::exposure::Films;
 use crate::lines::{Slope, beliefs};
 use crate::neighbours::Neighbourhood;
-use crate::pixels::{Candidate, Exposure, MOST, Photograph, all_candidates, filled};
+use crate::pixels::{Candidate, Exposure, MOST, Photograph, filled};
 use crate::regions::{Answers, Tie, anchor, tie};
 
 /// Candidates told of each pixel.
@@ -100,12 +101,14 @@ pub fn map_thickness(ask: &Question<'_>, of: &Photograph<'_>, watch: &Watch) -> 
         return Err(InverseError::Argument(format!("tie point {} lies outside the picture", wrong.pixel)));
     }
     watch.begin("mapping", 3 * count as u64);
-    let mut candidates = all_candidates(&tables, of, watch)?;
+    let mut found = all_candidates(&tables, of, watch)?;
+    let candidates = &mut found.as_flattened_mut().as_flattened_mut()[..count * MOST];
     if let Some(prior) = prior {
-        prior.apply(&mut candidates)?;
+        prior.apply(candidates)?;
     }
+    let candidates = &*candidates;
     let range_nm = films.step_nm * films.count as f32;
-    let beliefs = beliefs(&candidates, of.width, neighbourhood.tau_nm.map(|tau_nm| Slope { tau_nm, range_nm }), watch)?;
+    let beliefs = beliefs(candidates, of.width, neighbourhood.tau_nm.map(|tau_nm| Slope { tau_nm, range_nm }), watch)?;
     let mut map = Map {
         best_nm: filled(count, f32::NAN)?,
         sd_nm: filled(count, f32::NAN)?,
@@ -133,7 +136,7 @@ pub fn map_thickness(ask: &Question<'_>, of: &Photograph<'_>, watch: &Watch) -> 
     drop(beliefs);
     let mut answers =
         Answers { best_nm: &mut map.best_nm, confidence: &mut map.confidence, anchor: &mut map.anchor, own: &own };
-    map.taken = tie(ties, &candidates, of.width, quarter_nm, &mut answers, watch)?;
+    map.taken = tie(ties, candidates, of.width, quarter_nm, &mut answers, watch)?;
     anchor(of.width, quarter_nm, films.first_nm, &mut answers, watch)?;
     Ok(map)
 }

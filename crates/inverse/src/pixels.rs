@@ -10,22 +10,19 @@
 //! All that depends on h alone stands in a table, so that a thickness costs fourteen operations. A channel above its limit says only that
 //! it is at least there (a censored datum): half the square of what is missing, where something is.
 
-use fearless_simd::dispatch;
-use iridesce_numerics::{Watch, simd};
 use rayon::prelude::*;
 
 use crate::InverseError;
 
 /// As many thicknesses are kept of a pixel.
 pub const MOST: usize = 6;
-/// Costs so far above the best are not kept.
+/// Costs so far above the best are not kept, and so far, tempered, are looked at: a wide minimum may be the likelier one.
 const SPAN: f32 = 14.0;
-/// Pixels a task.
-const CHUNK: usize = 4096;
+pub(crate) const REACH: f32 = SPAN + 8.0;
 /// Thicknesses that are looked at together.
-const EIGHT: usize = 8;
+pub(crate) const EIGHT: usize = 8;
 /// Steps towards the film nearest to a minimum of the grid, at most.
-const STEPS: usize = 3;
+pub(crate) const STEPS: usize = 3;
 /// A turning point of colour is no wider than this, nm.
 const WIDEST_NM: f32 = 30.0;
 
@@ -49,29 +46,32 @@ pub struct PixelTable {
     first_nm: f32,
     step_nm: f32,
     count: usize,
+    /// For sixteen pixels at once, thickness by thickness: w and w m of the channels, and what is [`Known`] of all three; and one
+    /// more, whose cost is endless.
+    pub(crate) columns: Vec<[f32; 8]>,
     /// For each channel: w, w m.
     weight: [Vec<f32>; 3],
     weighted: [Vec<f32>; 3],
     /// By the channels that are numbers (bit c: channel c).
     known: Vec<Known>,
-    model: [Vec<f32>; 3],
+    pub(crate) model: [Vec<f32>; 3],
     /// 1/sg^2.
-    shading: f32,
+    pub(crate) shading: f32,
     /// Standard deviation of the thickness of one pixel, tempered, nm, and minus its logarithm.
     sd_nm: Vec<f32>,
     narrowness: Vec<f32>,
     gain: f32,
-    haze: [f32; 3],
+    pub(crate) haze: [f32; 3],
     clip: [f32; 3],
-    noise: [[f32; 2]; 3],
-    unknown: f32,
+    pub(crate) noise: [[f32; 2]; 3],
+    pub(crate) unknown: f32,
     /// By how much a cost may lie above the minimum beside it, at most, for every eight thicknesses: half a step of so many
     /// standard deviations.
-    coarse: Vec<f32>,
-    coarsest: f32,
+    pub(crate) coarse: Vec<f32>,
+    pub(crate) coarsest: f32,
     /// Tempered costs above this are cut: outliers happen.
     floor: f32,
-    temper: f32,
+    pub(crate) temper: f32,
     bare: bool,
 }
 
@@ -121,6 +121,9 @@ pub struct Candidate {
     pub sd_nm: f32,
 }
 
+/// Those of a pixel, best first.
+pub type Candidates = [Candidate; MOST];
+
 /// No candidate.
 pub const NONE: Candidate = Candidate { thickness_nm: f32::NAN, likelihood: 0.0, sd_nm: 0.0 };
 
@@ -145,6 +148,7 @@ impl PixelTable {
             first_nm,
             step_nm,
             count,
+            columns: Vec::with_capacity(count),
             weight: Default::default(),
             weighted: Default::default(),
             known: vec![Known::default(); ALL + 1],
@@ -157,7 +161,7 @@ impl PixelTable {
             clip: of.clip,
             noise: of.noise,
             unknown: of.unknown,
-            coarse: vec![0.0; count.div_ceil(EIGHT)],
+            coarse: vec![0.0; (count + 1).div_ceil(EIGHT)],
             coarsest: 0.0,
             floor: -(of.outlier.max(1e-30)).ln(),
             temper: of.temper,
@@ -178,6 +182,8 @@ impl PixelTable {
                 table.weight[c].push(w[c]);
                 table.weighted[c].push(w[c] * m[c]);
             }
+            let constant = table.known[ALL].constant[k];
+            table.columns.push([w[0], w[1], w[2], w[0] * m[0], w[1] * m[1], w[2] * m[2], inverse, constant]);
             // The slope, less its part along m, which a change of gain imitates.
             let (a, b) = (k.saturating_sub(1), (k + 1).min(count - 1));
             let slope: [f32; 3] =
@@ -192,6 +198,8 @@ impl PixelTable {
             table.sd_nm.push(sd);
             table.narrowness.push(-sd.ln());
         }
+        // Beyond the last there is nothing, so that a minimum there has two sides, too.
+        table.columns.push([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, f32::INFINITY]);
         table.coarsest = table.coarse.iter().copied().fold(0.0, f32::max);
         Ok(table)
     }
@@ -234,6 +242,9 @@ impl PixelTable {
         let full: [bool; 3] = std::array::from_fn(|c| pixel[c] >= self.clip[c]);
         let empty: [bool; 3] = std::array::from_fn(|c| self.bare && pixel[c] <= 0.0);
         let v: [f32; 3] = std::array::from_fn(|c| pixel[c] - self.haze[c]);
+        let whole = (0..3).filter(|&c| !full[c] && !empty[c]).map(|c| 1 << c).sum::<usize>();
+        // What is left of the cost is as smooth as the colours are.
+        let constant = &self.known[whole].constant;
         let mut t = start;
         for turn in 0..=STEPS {
             let (m, slope) = self.beside(middle, t + offset);
@@ -272,9 +283,9 @@ impl PixelTable {
             let step = if stiff > 1e-9 { (pull / stiff).clamp(-0.5, 0.5) } else { 0.0 };
             // A tenth of a standard deviation: nothing is gained beyond.
             if turn == STEPS || step * step * stiff < 0.01 {
-                let volume: f32 = (0..3).filter(|&c| !full[c] && !empty[c]).map(|c| w[c].ln()).sum();
-                let cost = 0.5 * (square - along * gain + missing) + 0.5 * (size / self.shading).ln() - 0.5 * volume;
-                return (t, cost);
+                let [a, b, d] = [middle - 1, middle, middle + 1].map(|k| constant[k]);
+                let constant = b + (t + offset) * (0.5 * (d - a) + 0.5 * (t + offset) * (a - 2.0 * b + d));
+                return (t, 0.5 * (square - along * gain - self.shading + missing) + constant);
             }
             t = (t + step).clamp((-1.0_f32).max(low), 1.0_f32.min(high));
         }
@@ -366,41 +377,67 @@ impl PixelTable {
 
     /// Steps from column `k` to the minimum that three costs enclose, and its cost; `None` where it lies above a limit.
     #[inline(always)]
-    fn between(&self, pixel: [f32; 3], [before, at, after]: [f32; 3], k: usize, limit: f32) -> Option<(f32, f32)> {
+    fn between(&self, pixel: [f32; 3], costs: [f32; 3], k: usize, limit: f32) -> Option<(f32, f32)> {
+        let (shift, low) = self.refined(pixel, k, Self::start(costs, limit)?);
+        Some(if low < costs[1] { (shift, low) } else { (0.0, costs[1]) })
+    }
+
+    /// Where, in steps from the middle one, the minimum that three costs enclose is looked for; `None` where it lies above a limit.
+    #[inline(always)]
+    pub(crate) fn start([before, at, after]: [f32; 3], limit: f32) -> Option<f32> {
         let bend = before - 2.0 * at + after;
         let inner = bend.is_finite() && bend > 1e-6;
         let start = if inner { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
         // A parabola through costs errs by a share of their height.
-        if inner && at - 0.25 * (before - after) * start - 0.1 * (before.max(after) - at) > limit {
-            return None;
-        }
-        let (shift, low) = self.refined(pixel, k, start);
-        Some(if low < at { (shift, low) } else { (0.0, at) })
+        let above = inner && at - 0.25 * (before - after) * start - 0.1 * (before.max(after) - at) > limit;
+        (!above).then_some(start)
+    }
+
+    /// Whether a channel of a pixel is full, or cut at 0.
+    #[inline(always)]
+    pub(crate) fn is_cut(&self, pixel: [f32; 3]) -> bool {
+        (0..3).any(|c| pixel[c] >= self.clip[c] || (self.bare && pixel[c] <= 0.0))
+    }
+
+    /// What is left of the cost of each thickness where no channel is cut.
+    #[inline(always)]
+    pub(crate) fn constant(&self) -> &[f32] {
+        &self.known[ALL].constant
     }
 
     /// The local minima of the cost, best first; `scratch` holds a number a thickness.
     #[inline(always)]
-    fn candidates(&self, pixel: [f32; 3], scratch: &mut [f32], out: &mut [Candidate]) {
+    pub(crate) fn candidates(&self, pixel: [f32; 3], scratch: &mut [f32], out: &mut Candidates) {
         out.fill(NONE);
         if self.costs(pixel, scratch).is_none() {
             return;
         }
         let mut kept = [(f32::INFINITY, NONE); MOST];
-        self.minima(pixel, scratch, (SPAN + 8.0) * self.temper, |k, shift, low| {
-            // Its mass, not its height: a wide minimum holds more thicknesses.
-            let cost = low / self.temper + self.narrowness[k];
-            let place = kept.iter().position(|one| one.0 > cost).unwrap_or(MOST);
-            if place < MOST {
-                kept[place..].rotate_right(1);
-                let thickness_nm = self.thickness_nm(k) + shift * self.step_nm;
-                kept[place] = (cost, Candidate { thickness_nm, likelihood: 0.0, sd_nm: self.sd_nm[k] });
-            }
-        });
+        self.minima(pixel, scratch, REACH * self.temper, |k, shift, low| self.insert(&mut kept, k, shift, low));
+        self.told(&kept, out);
+    }
+
+    /// Puts a minimum among the likeliest.
+    #[inline(always)]
+    pub(crate) fn insert(&self, kept: &mut [(f32, Candidate); MOST], k: usize, shift: f32, low: f32) {
+        // Its mass, not its height: a wide minimum holds more thicknesses.
+        let cost = low / self.temper + self.narrowness[k];
+        let place = kept.iter().position(|one| one.0 > cost).unwrap_or(MOST);
+        if place < MOST {
+            kept[place..].rotate_right(1);
+            let thickness_nm = self.thickness_nm(k) + shift * self.step_nm;
+            kept[place] = (cost, Candidate { thickness_nm, likelihood: 0.0, sd_nm: self.sd_nm[k] });
+        }
+    }
+
+    /// The likeliest minima as candidates.
+    #[inline(always)]
+    pub(crate) fn told(&self, kept: &[(f32, Candidate); MOST], out: &mut Candidates) {
         // Outliers happen: nothing is worse than the floor.
         let best = kept[0].0;
-        for ((cost, one), out) in kept.into_iter().zip(out) {
-            if cost < best + SPAN + 8.0 {
-                *out = Candidate { likelihood: (best - cost).max(-self.floor).exp(), ..one };
+        for ((cost, one), out) in kept.iter().zip(out) {
+            if *cost < best + REACH {
+                *out = Candidate { likelihood: (best - cost).max(-self.floor).exp(), ..*one };
             }
         }
     }
@@ -512,11 +549,18 @@ pub(crate) struct Nearest {
     pub mean: f32,
 }
 
-/// A vector of one value, or an error where the memory for it cannot be had.
-pub(crate) fn filled<T: Clone>(count: usize, value: T) -> Result<Vec<T>, InverseError> {
+/// A vector with room for so many, or an error where the memory for it cannot be had.
+pub(crate) fn reserved<T>(count: usize) -> Result<Vec<T>, InverseError> {
     let mut out = Vec::new();
     out.try_reserve_exact(count).map_err(|_| InverseError::Memory(count.saturating_mul(size_of::<T>())))?;
-    out.resize(count, value);
+    Ok(out)
+}
+
+/// A vector of one value, or an error where the memory for it cannot be had. All threads write it: a system gives memory page by
+/// page, as it is written to first.
+pub(crate) fn filled<T: Clone + Send + Sync>(count: usize, value: T) -> Result<Vec<T>, InverseError> {
+    let mut out = reserved(count)?;
+    rayon::iter::repeat_n(value, count).with_min_len(1 << 14).collect_into_vec(&mut out);
     Ok(out)
 }
 
@@ -563,39 +607,12 @@ impl Photograph<'_> {
     }
 }
 
-/// Candidates of every pixel, `MOST` each, best first: by the table of its own angle; a masked pixel (`true`) has none.
-pub fn all_candidates(
-    tables: &[PixelTable],
-    of: &Photograph<'_>,
-    watch: &Watch,
-) -> Result<Vec<Candidate>, InverseError> {
-    of.check(tables.len())?;
-    let Photograph { pixels, table_of, mask, .. } = *of;
-    let count = of.count();
-    let most = tables.iter().map(|table| table.count).max().unwrap_or(0);
-    let mut out = filled(count * MOST, NONE)?;
-    let level = simd::level_or_best();
-    out.par_chunks_mut(CHUNK * MOST).enumerate().try_for_each(|(part, out)| {
-        watch.check()?;
-        let mut scratch = vec![0.0; most];
-        dispatch!(level, _simd => {
-            for (i, out) in out.chunks_exact_mut(MOST).enumerate() {
-                let at = part * CHUNK + i;
-                if !mask.is_some_and(|mask| mask[at]) {
-                    let table = &tables[table_of.map_or(0, |of| usize::from(of[at]))];
-                    table.candidates([pixels[3 * at], pixels[3 * at + 1], pixels[3 * at + 2]], &mut scratch, out);
-                }
-            }
-        });
-        watch.add((out.len() / MOST) as u64);
-        Ok::<(), InverseError>(())
-    })?;
-    Ok(out)
-}
-
 #[cfg(test)]
 mod tests {
+    use iridesce_numerics::Watch;
+
     use super::*;
+    use crate::blocks::all_candidates;
 
     const PLAIN: Exposure = Exposure {
         gain: 1.0,
@@ -683,6 +700,6 @@ mod tests {
         assert!(found(&table, [0.06, 0.07, 0.05]).is_empty());
         let of = Photograph { pixels: &[0.01, 0.02, 0.03], width: 1, table_of: None, mask: Some(&[true]) };
         let masked = all_candidates(&[table], &of, &Watch::new()).unwrap();
-        assert!(masked.iter().all(|one| one.thickness_nm.is_nan()));
+        assert!(masked.as_flattened().as_flattened().iter().all(|one| one.thickness_nm.is_nan()));
     }
 }
