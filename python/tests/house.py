@@ -48,7 +48,7 @@ MODULE_ORDER: dict[str, list[str]] = {
     "optics": ["error", "spectrum", "medium", "incidence", "fresnel", "mueller", "film", "stack", "coherence", "color"],
     "inverse": [
         *("error", "cholesky", "tridiagonal", "response", "evidence"),
-        *("pixels", "lines", "exposure", "neighbours", "regions", "photograph"),
+        *("pixels", "blocks", "lines", "exposure", "neighbours", "regions", "photograph"),
     ],
 }
 
