@@ -29,7 +29,11 @@ def main() -> None:
             film.advance_to(step * 0.005, None)
         steps = np.round(film.map(None) / STEP_NM)
         Image.fromarray(steps.astype(np.uint16)).save(FOLDER / f"{preset}.png", optimize=True)
-        size = (FOLDER / f"{preset}.png").stat().st_size
+        share = film.black_share()
+        if share is not None:
+            black = np.round(share * 255.0).astype(np.uint8)
+            Image.fromarray(black).save(FOLDER / f"{preset}-black.png", optimize=True)
+        size = sum(path.stat().st_size for path in FOLDER.glob(f"{preset}*.png"))
         print(
             f"{preset} {time_s:g} s, {columns} columns: {time.perf_counter() - start:.1f} s, {size} bytes",
             file=sys.stderr,

@@ -8,7 +8,7 @@ use crate::film::{Books, Film, Memory, State};
 use crate::grid::{Grid, Shape};
 use crate::parameters::Parameters;
 
-const MARK: &[u8; 8] = b"irflow4\n";
+const MARK: &[u8; 8] = b"irflow5\n";
 /// Longest run, s: a lifetime.
 const MOST_SECONDS: f64 = 1e9;
 /// Most events of a kind: more than any run of that length has.
@@ -55,6 +55,8 @@ impl Film {
         for field in [&state.h, &state.s, &state.down, &state.across, &state.q] {
             field.iter().for_each(|value| out.extend_from_slice(&value.to_le_bytes()));
         }
+        whole(&mut out, u64::from(!state.black.is_empty()));
+        state.black.iter().for_each(|value| out.extend_from_slice(&value.to_le_bytes()));
         whole(&mut out, u64::from(state.memory.is_some()));
         if let Some(memory) = &state.memory {
             whole(&mut out, memory.dt.to_bits());
@@ -138,6 +140,11 @@ fn read_state(reader: &mut Reader<'_>, parameters: &Parameters) -> Option<State>
     let down = reader.field(cells + grid.columns)?;
     let (across, q) = (reader.field(cells)?, reader.field(cells)?);
     let ruptured_s = (!ruptured.is_nan()).then_some(ruptured);
+    let black = match reader.whole()? {
+        0 => Vec::new(),
+        1 => reader.field(cells)?,
+        _ => return None,
+    };
     let memory = match reader.whole()? {
         0 => None,
         1 => Some(Memory {
@@ -152,6 +159,7 @@ fn read_state(reader: &mut Reader<'_>, parameters: &Parameters) -> Option<State>
     };
     Some(State {
         h,
+        black,
         s,
         down,
         across,
@@ -263,6 +271,9 @@ fn impossible_fields(state: &State) -> Option<String> {
             return told(&format!("the {name} of cell {at}"), values[at], "a finite number is possible");
         }
     }
+    if let Some(at) = state.black.iter().position(|share| !(0.0..=1.0).contains(share)) {
+        return told(&format!("the black share of cell {at}"), state.black[at], "0 to 1 is possible");
+    }
     let at = state.h.iter().position(|h| *h < 0.0)?;
     told(&format!("the thickness of cell {at}, in m,"), state.h[at], "a number >= 0 is possible")
 }
@@ -345,6 +356,11 @@ mod tests {
             refused(&|state| state.patch_clock.passed = bad, "clock of its patches");
             refused(&|state| state.spot_clock.next = bad, "next of its black spots");
             refused(&|state| state.h[7] = bad, "thickness of cell 7");
+            let share = |state: &mut State| {
+                state.black = vec![0.5; state.h.len()];
+                state.black[9] = bad;
+            };
+            refused(&share, "black share of cell 9");
         }
         refused(&|state| state.ruptured_s = Some(-3.0), "rupture");
         refused(&|state| state.patch_clock.next = -1e18, "next of its patches is -1e18");

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::chance::{Draws, Purpose};
 use crate::grid::{Grid, Shape};
 use crate::parameters::Parameters;
+use crate::share::rest;
 
 /// Most events of one step. A preset has a dozen; a rate beyond any film's would fill the memory and never come to an end.
 const MOST_EVENTS: u64 = 1 << 20;
@@ -45,13 +46,30 @@ impl Clock {
 
 /// When a film bursts, if it does within a step, s: by chance where it is thinner than `rupture_m`, as often as the
 /// parameters say, by a clock that runs as fast as such film is wide.
-pub fn rupture(grid: &Grid, p: &Parameters, clock: &mut Clock, h: &[f64], time: f64, dt: f64) -> Option<f64> {
+pub fn rupture(
+    grid: &Grid,
+    p: &Parameters,
+    clock: &mut Clock,
+    [h, share]: [&[f64]; 2],
+    time: f64,
+    dt: f64,
+) -> Option<f64> {
     if p.rupture_m == 0.0 {
         return None;
     }
     let n = grid.columns;
-    let thin = |row: &[f64]| row.iter().filter(|&&h| h <= p.rupture_m).count() as f64;
-    let rows: Vec<f64> = h.par_chunks_exact(n).with_min_len(8).map(thin).collect();
+    let rows: Vec<f64> = if share.is_empty() {
+        let thin = |row: &[f64]| row.iter().filter(|&&h| h <= p.rupture_m).count() as f64;
+        h.par_chunks_exact(n).with_min_len(8).map(thin).collect()
+    } else {
+        let black_m = p.black_film_m();
+        let thin = |(&h, &phi): (&f64, &f64)| {
+            let own = if black_m <= p.rupture_m { phi } else { 0.0 };
+            if rest(h, phi, black_m) <= p.rupture_m { 1.0 } else { own }
+        };
+        let pairs = h.par_chunks_exact(n).zip(share.par_chunks_exact(n)).with_min_len(8);
+        pairs.map(|(h, share)| h.iter().zip(share).map(thin).sum()).collect()
+    };
     let area: f64 = rows.iter().zip(&grid.area).map(|(count, area)| count * area).sum();
     if area == 0.0 {
         return None;
@@ -172,7 +190,7 @@ pub fn regenerate(
     p: &Parameters,
     clock: &mut Clock,
     patches: &mut Vec<Spot>,
-    h: &mut [f64],
+    (h, share): (&mut [f64], &[f64]),
     time: f64,
     dt: f64,
 ) -> f64 {
@@ -210,7 +228,7 @@ pub fn regenerate(
         let place = beside_border(grid, rim, at, within, radius);
         patches.push(Spot { place, radius, from: time + share * dt, ratio });
     });
-    let swallowed = swallow(grid, p, patches, h, [time, time + dt]);
+    let swallowed = swallow(grid, p, patches, (h, share), [time, time + dt]);
     patches.retain(|patch| patch.from + p.patch_s > time + dt);
     swallowed
 }
@@ -239,20 +257,30 @@ fn beside_border(grid: &Grid, rim: f64, at: usize, within: f64, radius: f64) -> 
     }
 }
 
-/// What patches take of the film between two times, m3: each cell falls to `ratio` of itself within the patch's life.
-fn swallow(grid: &Grid, p: &Parameters, patches: &[Spot], h: &mut [f64], [from, to]: [f64; 2]) -> f64 {
+/// What patches take of the film between two times, m3: in each cell what is not black film falls to `ratio` of itself
+/// within the patch's life.
+fn swallow(
+    grid: &Grid,
+    p: &Parameters,
+    patches: &[Spot],
+    (h, share): (&mut [f64], &[f64]),
+    [from, to]: [f64; 2],
+) -> f64 {
     let n = grid.columns;
+    let black_m = if share.is_empty() { 0.0 } else { p.black_film_m() };
     let mut swallowed = 0.0;
     for patch in patches {
-        let share = (to.min(patch.from + p.patch_s) - patch.from.max(from)) / p.patch_s;
-        let strength = share.max(0.0) * -patch.ratio.ln();
+        let part = (to.min(patch.from + p.patch_s) - patch.from.max(from)) / p.patch_s;
+        let strength = part.max(0.0) * -patch.ratio.ln();
         near(grid, patch.place, patch.radius, |row, column, d| {
             let x = (d / patch.radius).powi(2);
             let weight = (1.0 - x) * (1.0 - x) * (1.0 + 2.0 * x);
-            let cell = &mut h[row * n + column];
-            let thinner = *cell * (-strength * weight).exp();
-            swallowed += (*cell - thinner) * grid.area[row];
-            *cell = thinner;
+            let at = row * n + column;
+            let black = share.get(at).map_or(0.0, |phi| phi * black_m);
+            let other = h[at] - black;
+            let thinner = other * (-strength * weight).exp();
+            swallowed += (other - thinner) * grid.area[row];
+            h[at] = black + thinner;
         });
     }
     swallowed
@@ -265,7 +293,7 @@ pub fn open_spots(
     p: &Parameters,
     clock: &mut Clock,
     spots: &mut Vec<Spot>,
-    h: &mut [f64],
+    (h, share): (&mut [f64], &mut Vec<f64>),
     time: f64,
     dt: f64,
 ) -> f64 {
@@ -273,16 +301,23 @@ pub fn open_spots(
         return 0.0;
     }
     let n = grid.columns;
-    let thin = |i: usize, j: usize, h: &[f64]| h[i * n + j] < p.spot_below_m && h[i * n + j] > p.black_below_m;
-    let rows: Vec<f64> =
-        (0..grid.rows).map(|i| (0..n).filter(|&j| thin(i, j, h)).count() as f64 * grid.area[i]).collect();
+    let black_m = p.black_film_m();
+    let thin = |i: usize, j: usize| {
+        let (h, phi) = (h[i * n + j], share.get(i * n + j).copied().unwrap_or(0.0));
+        let thick = rest(h, phi, black_m);
+        phi < 0.5 && thick < p.spot_below_m && thick > p.black_below_m
+    };
+    let rows: Vec<f64> = (0..grid.rows).map(|i| (0..n).filter(|&j| thin(i, j)).count() as f64 * grid.area[i]).collect();
     let total: f64 = rows.iter().sum();
     clock.run(p.seed, Purpose::Spot, p.speed * p.spots * total * dt, |share, draws| {
-        let (row, column) = drawn_cell(grid, &rows, draws.share() * total, |i, j| thin(i, j, h));
+        let (row, column) = drawn_cell(grid, &rows, draws.share() * total, thin);
         let radius = (p.spot_m * (0.4 * draws.normal()).exp()).clamp(0.3 * p.spot_m, 3.0 * p.spot_m);
         spots.push(Spot { place: grid.place(row, column), radius, from: time + share * dt, ratio: 0.0 });
     });
-    let lost = spots.iter().map(|spot| open(grid, p, spot, h, time + dt)).sum();
+    if !spots.is_empty() && share.is_empty() {
+        share.resize(h.len(), 0.0);
+    }
+    let lost = spots.iter().map(|spot| open(grid, p, spot, (h, share), time + dt)).sum();
     let life = |spot: &Spot| spot.from + spot.radius / (p.speed * p.spot_speed);
     spots.retain(|spot| life(spot) > time + dt);
     lost
@@ -309,29 +344,35 @@ fn drawn_cell(grid: &Grid, rows: &[f64], mut wanted: f64, thin: impl Fn(usize, u
 }
 
 /// Opens a black spot as far as it has come by `time`; its liquid goes into a rim around it. What finds no room there, m3.
-fn open(grid: &Grid, p: &Parameters, spot: &Spot, h: &mut [f64], time: f64) -> f64 {
+fn open(grid: &Grid, p: &Parameters, spot: &Spot, (h, share): (&mut [f64], &mut [f64]), time: f64) -> f64 {
     let (n, black_m) = (grid.columns, p.black_film_m());
     let radius = (p.speed * p.spot_speed * (time - spot.from)).min(spot.radius);
     // A rim as wide as the spot's own radius, two cells at least.
     let outer = 2.0 * radius + 2.0 * grid.dy;
+    // What of a cell is outside, where its edge passes through it.
+    let outside = |d: f64| ((d - radius) / grid.dy + 0.5).clamp(0.0, 1.0);
+    // Area that can take liquid in: film around the spot that is not thin itself.
+    let takes = |at: usize, d: f64, h: &[f64], share: &[f64]| {
+        let thick = share[at] < 1.0 && rest(h[at], share[at], black_m) > p.black_below_m;
+        if d > radius && thick { 1.0 - share[at] } else { 0.0 }
+    };
     let (mut freed, mut room) = (0.0, 0.0);
     near(grid, spot.place, outer, |row, column, d| {
-        let cell = &mut h[row * n + column];
-        if d <= radius && *cell > black_m {
-            freed += (*cell - black_m) * grid.area[row];
-            *cell = black_m;
-        } else if d > radius && *cell > p.black_below_m {
-            room += grid.area[row];
+        let at = row * n + column;
+        let (other, left) = (1.0 - share[at], outside(d));
+        if left < other && h[at] > black_m {
+            let excess = (h[at] - black_m) * (left / other);
+            freed += (h[at] - black_m - excess) * grid.area[row];
+            (h[at], share[at]) = (black_m + excess, 1.0 - left);
         }
+        room += takes(at, d, h, share) * grid.area[row];
     });
     if room == 0.0 {
         return freed;
     }
     near(grid, spot.place, outer, |row, column, d| {
-        let cell = &mut h[row * n + column];
-        if d > radius && *cell > p.black_below_m {
-            *cell += freed / room;
-        }
+        let at = row * n + column;
+        h[at] += freed / room * takes(at, d, h, share);
     });
     0.0
 }

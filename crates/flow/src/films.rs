@@ -21,7 +21,7 @@ const ROUNDING: f64 = 1e-9;
 /// What is kept of films that the last question did not ask for, bytes.
 const MOST_KEPT: usize = 512 << 20;
 /// What a film that can go on takes, bytes a cell: its state and what its solvers have prepared.
-const FILM_BYTES: usize = 250;
+const FILM_BYTES: usize = 280;
 
 /// Which film: a preset, a seed and a grid; checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,11 +81,11 @@ struct Place {
     share: f64,
 }
 
-/// A film after a whole number of steps, and its thickness one step before.
+/// A film after a whole number of steps, and its thickness and its share of black film one step before.
 struct Standing {
     film: Film,
     steps: u64,
-    before: Option<ThicknessMap>,
+    before: Option<(ThicknessMap, Option<Vec<f64>>)>,
 }
 
 /// Something kept, and the question that used it last.
@@ -288,15 +288,19 @@ impl Standing {
     fn field(&mut self, run: &FilmRun, time_s: f64, watch: &Watch) -> Result<FlowField, FlowError> {
         let Place { first, last, share } = run.steps(time_s);
         self.advance(last, run.parameters.step_s, watch)?;
-        let now = self.film.map()?;
-        let map = match self.before.as_ref().filter(|_| last > first) {
-            None => now,
-            Some(before) => {
-                let pairs = before.thickness_nm().iter().zip(now.thickness_nm());
-                ThicknessMap::new(now.width(), now.height(), pairs.map(|(a, b)| a + (b - a) * share).collect())?
-            }
+        let (now, black) = (self.film.map()?, self.film.black_share());
+        let Some((before, black_before)) = self.before.as_ref().filter(|_| last > first) else {
+            return Ok(run.parameters.field(now, black));
         };
-        Ok(run.parameters.field(map))
+        let between = |before: &[f64], now: &[f64]| -> Vec<f64> {
+            before.iter().zip(now).map(|(a, b)| a + (b - a) * share).collect()
+        };
+        let map = ThicknessMap::new(now.width(), now.height(), between(before.thickness_nm(), now.thickness_nm()))?;
+        let black = black.map(|black| match black_before {
+            Some(before) => between(before, &black),
+            None => between(&vec![0.0; black.len()], &black),
+        });
+        Ok(run.parameters.field(map, black))
     }
 
     fn advance(&mut self, steps: u64, step_s: f64, watch: &Watch) -> Result<(), FlowError> {
@@ -305,7 +309,7 @@ impl Standing {
                 return Err(FlowError::Stopped);
             }
             if self.steps + 1 == steps {
-                self.before = Some(self.film.map()?);
+                self.before = Some((self.film.map()?, self.film.black_share()));
             }
             self.film.advance_to((self.steps + 1) as f64 * step_s)?;
             self.steps += 1;

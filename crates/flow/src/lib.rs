@@ -21,6 +21,7 @@ mod grid;
 mod near;
 mod parameters;
 mod polar;
+mod share;
 mod spectral;
 mod start;
 mod tension;

@@ -31,6 +31,15 @@ struct Limits {
     gathers: f64,
 }
 
+/// Rows that are carried in another way.
+#[derive(Clone, Copy, Default)]
+pub struct Rows<'a> {
+    /// Those in which a field is not nothing: none other is looked at, and none is kept within a range.
+    pub some: Option<&'a [bool]>,
+    /// Those that are not kept within their range.
+    pub free: Option<&'a [bool]>,
+}
+
 impl Transport {
     pub fn new(grid: &Grid) -> Transport {
         Transport {
@@ -62,7 +71,14 @@ impl Transport {
 
     /// Carries `h` over `dt` seconds in one sub-step.
     pub fn step(&mut self, grid: &Grid, h: &mut [f64], down: &[f64], across: &[f64], dt: f64) {
+        self.carry_rows(grid, h, [down, across], dt, Rows::default());
+    }
+
+    /// The same where rows differ.
+    pub fn carry_rows(&mut self, grid: &Grid, h: &mut [f64], [down, across]: [&[f64]; 2], dt: f64, rows: Rows<'_>) {
         let n = grid.columns;
+        let Rows { some, free } = rows;
+        let is_nothing = |rows: std::ops::Range<usize>| some.is_some_and(|some| !some[rows].iter().any(|&some| some));
         let Transport { ghosts, half_across, flux_across, limits } = self;
         ghosts.fill(grid, Kind::Scalar, h);
         let from = &*h;
@@ -75,6 +91,10 @@ impl Transport {
             .enumerate()
             .with_min_len(BLOCK)
             .for_each_init(Row::default, |room, (i, ((half, flux), limits))| {
+                if is_nothing(i..i + 1) {
+                    half.fill(0.0);
+                    return flux.fill(0.0);
+                }
                 let (row, u) = (line(i as isize), &across[i * n..(i + 1) * n]);
                 let (above, below) = (line(i as isize - 1), line(i as isize + 1));
                 let (v, w) = (&down[i * n..(i + 1) * n], &down[(i + 1) * n..(i + 2) * n]);
@@ -104,29 +124,37 @@ impl Transport {
         h.par_chunks_mut(n * BLOCK).enumerate().for_each_init(
             || (vec![0.0; n], vec![0.0; n]),
             |(above, below), (block, rows)| {
+                if is_nothing(block * BLOCK..block * BLOCK + rows.len() / n) {
+                    return;
+                }
                 through(block * BLOCK, above);
                 for (k, row) in rows.chunks_exact_mut(n).enumerate() {
                     let i = block * BLOCK + k;
                     through(i + 1, below);
                     wide!(change(row, [above, below], &flux_across[i * n..(i + 1) * n], 1.0 / grid.area[i]));
-                    // A flow without divergence takes a cell nowhere outside what was around it.
-                    let around = &limits[i.saturating_sub(1)..(i + 2).min(grid.rows)];
-                    let most = around.iter().fold(
-                        Limits { least: f64::INFINITY, most: f64::NEG_INFINITY, gathers: 0.0 },
-                        |a, b| Limits {
-                            least: a.least.min(b.least),
-                            most: a.most.max(b.most),
-                            gathers: a.gathers.max(b.gathers),
-                        },
-                    );
-                    // Twice that where it gathers: both fluxes are of fields that moved half a step.
-                    let room = 1.0 + 2.0 * dt * most.gathers + 1e-13;
-                    wide!(keep(row, most.least / room, most.most * room));
+                    if some.is_none() && !free.is_some_and(|free| free[i]) {
+                        let [low, top] = range(limits, i, dt);
+                        wide!(keep_in(row, low, top));
+                    }
                     std::mem::swap(above, below);
                 }
             },
         );
     }
+}
+
+/// A flow without divergence takes a cell nowhere outside what was around it: the range of row `i` after a sub-step.
+fn range(limits: &[Limits], i: usize, dt: f64) -> [f64; 2] {
+    let around = &limits[i.saturating_sub(1)..(i + 2).min(limits.len())];
+    let start = Limits { least: f64::INFINITY, most: f64::NEG_INFINITY, gathers: 0.0 };
+    let all = around.iter().fold(start, |a, b| Limits {
+        least: a.least.min(b.least),
+        most: a.most.max(b.most),
+        gathers: a.gathers.max(b.gathers),
+    });
+    // Twice that where it gathers: both fluxes are of fields that moved half a step.
+    let room = 1.0 + 2.0 * dt * all.gathers + 1e-13;
+    [all.least / room, all.most * room]
 }
 
 /// How much neighbours close up, and the fastest of the second; a number that is none comes through.
@@ -203,7 +231,7 @@ const SHARING: usize = 16;
 /// Keeps a row within limits: what lies beyond them is shared among cells nearby that have room, or if they have none
 /// among all of the row, so that nothing is lost. Two fluxes across each other overshoot where edges are sharp.
 #[inline(always)]
-fn keep(row: &mut [f64], low: f64, top: f64) {
+pub fn keep_in(row: &mut [f64], low: f64, top: f64) {
     let (mut a, mut b) = ([f64::INFINITY; 8], [f64::NEG_INFINITY; 8]);
     for (k, h) in row.iter().enumerate() {
         a[k % 8] = least(a[k % 8], *h);

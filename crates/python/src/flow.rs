@@ -78,6 +78,16 @@ impl Flow {
         Ok(map.into_thickness_nm().into_pyarray(py).reshape(shape)?)
     }
 
+    /// The share of each cell of `map(None)` that is black film; None where no film has turned black yet.
+    fn black_share<'py>(&self, py: Python<'py>) -> Result<Option<Bound<'py, PyArray2<f64>>>> {
+        let film = locked(py, &self.inner)?;
+        let film = &*film;
+        let Some(share) = beside(py, Long::default(), |_| film.black_share())? else { return Ok(None) };
+        let columns = film.parameters().columns;
+        let rows = share.len() / columns;
+        Ok(Some(share.into_pyarray(py).reshape([rows, columns])?))
+    }
+
     /// Time, steps so far, sub-steps and iterations of the last, and where liquid went.
     fn facts<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyDict>> {
         let facts = PyDict::new(py);

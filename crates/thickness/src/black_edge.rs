@@ -8,6 +8,9 @@
 
 /// Rounds of smoothing, each by half a row squared; the edge bends within about twice as many rows as their root.
 const ROUNDS: usize = 4;
+/// Where the share of each cell is known its edge need not be found, only freed of what the grid lets stand between cells: a
+/// circle of R rows is drawn smaller by a quarter of a row over R.
+const ROUNDS_OF_SHARES: usize = 1;
 const SPREAD: f64 = 0.5;
 /// How far from the edge the middle of a cell stays, where 1 is far away.
 const LEAST: f64 = 0.02;
@@ -24,7 +27,7 @@ pub struct BlackEdge {
     pub black: Vec<f64>,
     /// Thickness of the rest, which goes on beyond its edge, nm.
     pub rest: Vec<f64>,
-    /// Whether some cell of the three by three around each is on the other side.
+    /// Whether some cell of the three by three around each is on the other side, or holds both.
     near: Vec<bool>,
 }
 
@@ -63,21 +66,55 @@ impl BlackEdge {
     /// plane are taken to be square.
     pub fn find(thickness_nm: &[f64], width: usize, is_globe: bool, below_nm: f64) -> Option<BlackEdge> {
         let is_black: Vec<bool> = thickness_nm.iter().map(|&nm| nm < below_nm).collect();
+        let around = Around { width, height: thickness_nm.len() / width, is_globe };
         if is_black.iter().all(|&black| black == is_black[0]) {
             return None;
         }
-        let height = thickness_nm.len() / width;
-        let around = Around { width, height, is_globe };
-        let near = (0..thickness_nm.len())
-            .map(|k| around.nine(k / width, k % width).into_iter().any(|at| is_black[at] != is_black[k]))
+        let sign: Vec<f64> = is_black.iter().map(|&black| if black { -1.0 } else { 1.0 }).collect();
+        let level = spread_out(sign.clone(), ROUNDS, &around, |k, line| sign[k] * (sign[k] * line).max(LEAST));
+        BlackEdge::between(level, &is_black, [thickness_nm; 2], &around, |_| false)
+    }
+
+    /// Of a grid of mean thicknesses, of which it is known what share of each cell is black film of `black_nm`.
+    pub fn of_shares(
+        thickness_nm: &[f64],
+        width: usize,
+        is_globe: bool,
+        share: &[f64],
+        black_nm: f64,
+    ) -> Option<BlackEdge> {
+        let is_black: Vec<bool> = share.iter().map(|&phi| phi >= 0.5).collect();
+        let around = Around { width, height: thickness_nm.len() / width, is_globe };
+        let pairs = || thickness_nm.iter().zip(share);
+        let black: Vec<f64> = pairs().map(|(&nm, &phi)| if phi == 1.0 { nm } else { black_nm }).collect();
+        let rest: Vec<f64> = pairs()
+            .map(|(&nm, &phi)| if phi == 0.0 || phi >= 0.5 { nm } else { (nm - phi * black_nm).max(0.0) / (1.0 - phi) })
             .collect();
-        let rest: Vec<bool> = is_black.iter().map(|black| !black).collect();
-        Some(BlackEdge {
-            level: level(&is_black, &around),
-            black: gone_on(thickness_nm, &is_black, &around),
-            rest: gone_on(thickness_nm, &rest, &around),
-            near,
-        })
+        let level = share.iter().map(|phi| 1.0 - 2.0 * phi).collect();
+        let level = spread_out(level, ROUNDS_OF_SHARES, &around, |_, line| line);
+        BlackEdge::between(level, &is_black, [&black, &rest], &around, |k| share[k] > 0.0 && share[k] < 1.0)
+    }
+
+    /// The edge where a level is zero, with thicknesses of either side from the cells that belong to it.
+    fn between(
+        level: Vec<f64>,
+        is_black: &[bool],
+        [black, rest]: [&[f64]; 2],
+        around: &Around,
+        holds_both: impl Fn(usize) -> bool,
+    ) -> Option<BlackEdge> {
+        let is_below = |k: usize| level[k] < 0.0;
+        let is_rest: Vec<bool> = is_black.iter().map(|black| !black).collect();
+        let alike = |sides: &[bool]| sides.iter().all(|&side| side == sides[0]);
+        if alike(is_black) || (1..level.len()).all(|k| is_below(k) == is_below(0)) {
+            return None;
+        }
+        let n = around.width;
+        let near = (0..level.len())
+            .map(|k| around.nine(k / n, k % n).into_iter().any(|at| is_below(at) != is_below(k) || holds_both(at)))
+            .collect();
+        let (black, rest) = (gone_on(black, is_black, around), gone_on(rest, &is_rest, around));
+        Some(BlackEdge { level, black, rest, near })
     }
 
     /// Whether an edge may pass between four cells, or bend what is drawn between them: any of the sixteen around is on
@@ -88,13 +125,11 @@ impl BlackEdge {
     }
 }
 
-/// Signs, smoothed over and over, each cell kept on its side.
-fn level(is_black: &[bool], around: &Around) -> Vec<f64> {
+/// A level, smoothed over and over, each cell kept as `held` says.
+fn spread_out(mut level: Vec<f64>, rounds: usize, around: &Around, held: impl Fn(usize, f64) -> f64) -> Vec<f64> {
     let Around { width: n, height, is_globe } = *around;
-    let sign: Vec<f64> = is_black.iter().map(|&black| if black { -1.0 } else { 1.0 }).collect();
-    let mut level = sign.clone();
     let mut lines = vec![0.0; level.len()];
-    for _ in 0..ROUNDS {
+    for _ in 0..rounds {
         for i in 0..height {
             let ((above, a), (below, b)) = (around.row(i as isize - 1), around.row(i as isize + 1));
             for j in 0..n {
@@ -112,8 +147,8 @@ fn level(is_black: &[bool], around: &Around) -> Vec<f64> {
             };
             spread(line, SPREAD / (wide * wide));
         }
-        for ((level, line), sign) in level.iter_mut().zip(&lines).zip(&sign) {
-            *level = sign * (sign * line).max(LEAST);
+        for (k, (level, line)) in level.iter_mut().zip(&lines).enumerate() {
+            *level = held(k, *line);
         }
     }
     level

@@ -48,6 +48,24 @@ impl FlowField {
         FlowField { edge, ..FlowField::new(map, is_globe) }
     }
 
+    /// The same where it is known what share of each cell is black film, which is `black_nm` thick: the edge goes where
+    /// the share is a half.
+    ///
+    /// ```
+    /// use iridesce_thickness::{FlowField, ThicknessMap};
+    /// // A quarter of the third cell is black.
+    /// let map = ThicknessMap::new(4, 1, vec![12.0, 12.0, 228.0, 300.0])?;
+    /// let field = FlowField::with_black_share(map, false, &[1.0, 1.0, 0.25, 0.0], 12.0);
+    /// assert_eq!((field.sample(0.50, 0.5).round(), field.sample(0.625, 0.5).round()), (12.0, 300.0));
+    /// # Ok::<(), iridesce_thickness::ThicknessError>(())
+    /// ```
+    pub fn with_black_share(map: ThicknessMap, is_globe: bool, share: &[f64], black_nm: f64) -> FlowField {
+        let edge = BlackEdge::of_shares(map.thickness_nm(), map.width(), is_globe, share, black_nm);
+        let max_nm = edge.as_ref().map_or(0.0, |edge| edge.rest.iter().copied().fold(0.0, f64::max));
+        let plain = FlowField::new(map, is_globe);
+        FlowField { edge, max_nm: plain.max_nm.max(max_nm), ..plain }
+    }
+
     /// The grid.
     pub fn map(&self) -> &ThicknessMap {
         &self.map
@@ -223,6 +241,35 @@ mod tests {
             println!("circle of {radius} at {from_pole}: mean, rms, slope {plain:.3?}, with an edge {edged:.3?}");
             assert!(edged[0].abs() < 0.16 && edged[1] < 0.13 && edged[2] < 0.1, "{edged:?}");
             assert!(plain[0] > 0.15 && plain[2] > 0.3, "the corners of cells show: {plain:?}");
+        }
+    }
+
+    /// A share that falls off as the flow leaves it, within one and a half rows: its edge is met to a few hundredths of a row.
+    #[test]
+    fn the_edge_of_a_share_is_round() {
+        for (from_pole, radius) in [(0.2_f64, 0.35), (0.9, 0.3), (1.4, 0.15)] {
+            let shares = |map: ThicknessMap| {
+                let row = std::f64::consts::PI / 192.0;
+                // The thickness of `circle` tells how far beyond the edge a cell lies; within it, it does not.
+                let (sin, cos) = from_pole.sin_cos();
+                let share: Vec<f64> = (0..map.thickness_nm().len())
+                    .map(|k| {
+                        let polar = (k / 384) as f64 * row + row / 2.0;
+                        let turn = ((k % 384) as f64 + 0.5) / 384.0 * std::f64::consts::TAU - std::f64::consts::PI;
+                        let away = (polar.sin() * turn.sin() * sin + polar.cos() * cos).clamp(-1.0, 1.0).acos();
+                        1.0 / (1.0 + ((away - radius) / (0.35 * row)).exp())
+                    })
+                    .collect();
+                let mean =
+                    map.thickness_nm().iter().zip(&share).map(|(&nm, phi)| 12.0 * phi + nm.max(60.0) * (1.0 - phi));
+                let map = ThicknessMap::new(384, 192, mean.collect()).unwrap();
+                FlowField::with_black_share(map, true, &share, 12.0)
+            };
+            let [mean, rms, slope] = circle(from_pole, radius, shares);
+            println!(
+                "circle of {radius} at {from_pole} by its share: mean, rms, slope {mean:.3}, {rms:.3}, {slope:.3}"
+            );
+            assert!(mean.abs() < 0.06 && rms < 0.04 && slope < 0.12, "{mean} {rms} {slope}");
         }
     }
 

@@ -142,10 +142,10 @@ class Simulation(Iterator[Frame]):
         """How thick the film was in each frame made so far, and where its liquid went: a structured array.
 
         ``time_s``; ``mean_nm`` over the area, ``min_nm`` and ``max_nm`` of its cells; ``black_share``, the share of the
-        area thinner than ``black_below_nm``; ``evaporated``, ``swallowed`` (by the meniscus), ``blackened`` (out of film
-        that turned black) and ``drained`` (down between the faces), shares >= 0 of the first volume: with the mean over
-        the first mean they sum to 1. After a checkpoint it begins with the frame after that; the shares are those since
-        the film's own start.
+        area that is black film or thinner than ``black_below_nm``; ``evaporated``, ``swallowed`` (by the meniscus),
+        ``blackened`` (out of film that turned black) and ``drained`` (down between the faces), shares >= 0 of the first
+        volume: with the mean over the first mean they sum to 1. After a checkpoint it begins with the frame after that;
+        the shares are those since the film's own start.
 
         >>> film = simulate("late", time_s=0.1, frames_per_second=20)
         >>> _ = list(film)

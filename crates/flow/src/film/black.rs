@@ -9,6 +9,8 @@ use crate::parameters::Parameters;
 const FELT_M: f64 = 100e-9;
 /// Steps of the table of rates, m.
 const STEP_M: f64 = 0.1e-9;
+/// Film thicker than black film by less than this share of it is black film.
+const NEARLY: f64 = 1.0 / 3.0;
 /// Boltzmann's constant, J/K; Avogadro's number, /mol; the charge of an electron, C (CODATA 2018, exact).
 const BOLTZMANN: f64 = 1.380_649e-23;
 const AVOGADRO: f64 = 6.022_140_76e23;
@@ -89,18 +91,42 @@ impl Turning {
             let room = (*h - self.black_m).max(0.0);
             let taken = loss.min(room);
             let left = *h - taken;
-            let new = if left < FELT_M && left > self.black_m {
-                let place = left / STEP_M;
-                let (k, share) = (place as usize, place.fract());
-                let next = self.kept[(k + 1).min(self.kept.len() - 1)];
-                self.black_m + (left - self.black_m) * (self.kept[k] + (next - self.kept[k]) * share)
-            } else {
-                left
-            };
+            let new = self.black_m + (left - self.black_m) * self.kept(left);
             dry += taken;
             black += left - new;
             *h = new;
         }
         (dry, black)
+    }
+
+    /// The same where a share of each cell is black film.
+    pub fn thin_mixed_row(&self, row: &mut [f64], share: &mut [f64], loss: f64) -> (f64, f64) {
+        let (mut dry, mut black) = (0.0, 0.0);
+        for (h, phi) in row.iter_mut().zip(share) {
+            let rest = 1.0 - *phi;
+            let excess = *h - self.black_m;
+            let taken = (rest * loss).min(excess.max(0.0));
+            let left = excess - taken;
+            let thick = if rest > 0.0 { self.black_m + left / rest } else { self.black_m + left };
+            let new = left * self.kept(thick);
+            if new <= rest * NEARLY * self.black_m {
+                *phi = 1.0;
+            }
+            dry += taken;
+            black += left - new;
+            *h = self.black_m + new;
+        }
+        (dry, black)
+    }
+
+    /// What is left after the step of what film has above black film.
+    fn kept(&self, thickness_m: f64) -> f64 {
+        if !(thickness_m < FELT_M && thickness_m > self.black_m) {
+            return 1.0;
+        }
+        let place = thickness_m / STEP_M;
+        let (k, share) = (place as usize, place.fract());
+        let next = self.kept[(k + 1).min(self.kept.len() - 1)];
+        self.kept[k] + (next - self.kept[k]) * share
     }
 }

@@ -1,15 +1,16 @@
 //! A film in time: its state, and the step that changes it.
 
 use iridesce_numerics::{Watch, simd};
-use iridesce_thickness::{FlowField, ThicknessError, ThicknessMap};
+use iridesce_thickness::{ThicknessError, ThicknessMap};
 use rayon::prelude::*;
 
 use crate::carry::Carry;
 use crate::chance::Purpose;
 use crate::error::FlowError;
 use crate::events::{self, Clock};
-use crate::grid::{Edge, Grid, Shape};
+use crate::grid::{Edge, Grid};
 use crate::parameters::Parameters;
+use crate::share::Sharing;
 use crate::spectral::{Ends, Spectral, Task, Tridiagonal};
 use crate::start;
 use crate::tension::Tension;
@@ -22,6 +23,7 @@ mod forces;
 mod live;
 mod memory;
 mod rows;
+mod shown;
 mod sources;
 mod state;
 
@@ -50,6 +52,7 @@ pub struct Film {
     state: State,
     carry: Carry,
     transport: Transport,
+    sharing: Option<Box<Sharing>>,
     tension: Tension,
     viscosity: Viscosity,
     diffusion: Spectral,
@@ -131,6 +134,7 @@ impl Film {
         let cells = grid.cells();
         let state = State {
             h,
+            black: Vec::new(),
             s,
             down: vec![0.0; cells + p.columns],
             across: vec![0.0; cells],
@@ -156,11 +160,13 @@ impl Film {
         if state.step == 0 {
             state.books = Books { start: grid.integral(&state.h), ..Books::default() };
             state.surfactant = surfactant(&grid, &state.s);
+            sources::find_black(&parameters, &mut state);
         }
         let (wind, eddies) = (wind(&grid, &parameters), eddies(&grid, &parameters));
         Film {
             carry: Carry::new(&grid),
             transport: Transport::new(&grid),
+            sharing: None,
             tension: Tension::new(&grid),
             viscosity: Viscosity::new(&grid),
             diffusion: Spectral::new(grid.columns, grid.rows, if grid.closes() { Ends::Closed } else { Ends::Even }),
@@ -201,76 +207,6 @@ impl Film {
     #[doc(hidden)]
     pub fn spent(&self) -> [(&'static str, f64); PARTS.len()] {
         std::array::from_fn(|k| (PARTS[k], self.spent[k]))
-    }
-
-    /// Volume of the film, m3.
-    pub fn volume(&self) -> f64 {
-        self.grid.integral(&self.state.h)
-    }
-
-    /// How thick it is and where its liquid went.
-    pub fn summary(&self) -> Summary {
-        let (p, grid, h) = (&self.parameters, &self.grid, &self.state.h);
-        let area = grid.total_area();
-        let black: Vec<f64> = h.iter().map(|&h| f64::from(u8::from(h < p.black_below_m))).collect();
-        let books = self.state.books;
-        // A rounding below zero is none: what a spot frees may come back.
-        let share = |volume: f64| (volume / books.start).max(0.0);
-        Summary {
-            time_s: self.state.time_s,
-            mean_nm: self.volume() / area * 1e9,
-            min_nm: h.iter().copied().fold(f64::INFINITY, f64::min) * 1e9,
-            max_nm: h.iter().copied().fold(0.0, f64::max) * 1e9,
-            black_share: grid.integral(&black) / area,
-            evaporated: share(books.evaporated),
-            swallowed: share(books.swallowed),
-            blackened: share(books.blackened),
-            drained: share(books.drained),
-        }
-    }
-
-    /// Row by row from the top: height of its middle above the lowest place of the film, m; mean, least and greatest
-    /// thickness, nm.
-    pub fn profile(&self) -> Vec<[f64; 4]> {
-        let grid = &self.grid;
-        let lowest = match self.parameters.shape {
-            Shape::Sphere { radius_m, rim_deg } => radius_m * rim_deg.to_radians().cos(),
-            Shape::Plane { .. } => 0.0,
-        };
-        let rows = self.state.h.chunks_exact(grid.columns).zip(&grid.height);
-        rows.map(|(row, height)| {
-            let mean = row.iter().sum::<f64>() / grid.columns as f64;
-            let least = row.iter().copied().fold(f64::INFINITY, f64::min);
-            let most = row.iter().copied().fold(0.0, f64::max);
-            [height - lowest, mean * 1e9, least * 1e9, most * 1e9]
-        })
-        .collect()
-    }
-
-    /// Thickness now, nm, row 0 on top.
-    pub fn thickness_nm(&self) -> Vec<f64> {
-        self.state.h.iter().map(|h| h * 1e9).collect()
-    }
-
-    /// Thickness now as a map for a whole sphere: a dome is mirrored below its rim, as in the bath it stands on.
-    pub fn map(&self) -> Result<ThicknessMap, ThicknessError> {
-        let own = self.thickness_nm();
-        let (n, rows) = (self.grid.columns, self.grid.rows);
-        let Shape::Sphere { rim_deg, .. } = self.parameters.shape else {
-            return ThicknessMap::new(n, rows, own);
-        };
-        if rim_deg == 180.0 {
-            return ThicknessMap::new(n, rows, own);
-        }
-        let total = (rows as f64 * 180.0 / rim_deg).round() as usize;
-        let row = |i: usize| if i < rows { i } else { (2 * rows - 1).saturating_sub(i) };
-        let values = (0..total).flat_map(|i| own[row(i) * n..(row(i) + 1) * n].iter().copied()).collect();
-        ThicknessMap::new(n, total, values)
-    }
-
-    /// Thickness now as a field over a whole sphere or a plane, with the edges of its black film.
-    pub fn field(&self) -> Result<FlowField, ThicknessError> {
-        Ok(self.parameters.field(self.map()?))
     }
 
     /// Steps until `time_s`, in steps of one length that is at most the parameters' own; less if the film bursts.
@@ -338,14 +274,14 @@ impl Film {
         self.state.step = step;
         self.check(step)?;
         let Film { parameters: p, grid, state, .. } = self;
-        state.ruptured_s = events::rupture(grid, p, &mut state.rupture_clock, &state.h, time, dt);
+        state.ruptured_s = events::rupture(grid, p, &mut state.rupture_clock, [&state.h, &state.black], time, dt);
         watch.lap(&mut self.spent[3]);
         Ok(())
     }
 
     /// The thickness, carried along in as many sub-steps as it takes.
     fn transport(&mut self, step: u64, dt: f64) -> Result<(), FlowError> {
-        let Film { grid, state, transport, .. } = self;
+        let Film { parameters: p, grid, state, transport, sharing, .. } = self;
         let needed = Transport::substeps(grid, &state.down, &state.across, dt);
         if needed.is_nan() {
             return Err(self.first_not_finite(step));
@@ -353,8 +289,16 @@ impl Film {
         if needed > MOST_SUBSTEPS {
             return Err(FlowError::StepTooLong { dt, step, time_s: state.time_s, needed, most: MOST_SUBSTEPS });
         }
+        let dt = dt / needed;
         for _ in 0..needed as usize {
-            transport.step(grid, &mut state.h, &state.down, &state.across, dt / needed);
+            let State { h, black, down, across, .. } = state;
+            if black.is_empty() {
+                transport.step(grid, h, down, across, dt);
+                continue;
+            }
+            let (sharing, black_m) = (sharing.get_or_insert_with(|| Box::new(Sharing::new(grid))), p.black_film_m());
+            sharing.carry(grid, transport, [h, black], [down, across], (dt, black_m));
+            sharing.sharpen(grid, black_m, h, black);
         }
         self.substeps = needed as usize;
         Ok(())
@@ -364,11 +308,19 @@ impl Film {
     fn gain_and_lose(&mut self, time: f64, dt: f64) {
         let Film { parameters: p, grid, state, .. } = self;
         let books = &mut state.books;
-        books.swallowed +=
-            events::regenerate(grid, p, &mut state.patch_clock, &mut state.patches, &mut state.h, time, dt);
+        books.swallowed += events::regenerate(
+            grid,
+            p,
+            &mut state.patch_clock,
+            &mut state.patches,
+            (&mut state.h, &state.black),
+            time,
+            dt,
+        );
         sources::move_spots(grid, &mut state.spots, &state.down, &state.across, dt);
-        books.blackened += events::open_spots(grid, p, &mut state.spot_clock, &mut state.spots, &mut state.h, time, dt);
-        let (evaporated, blackened) = sources::thin(grid, p, &mut state.h, dt);
+        let fields = (&mut state.h[..], &mut state.black);
+        books.blackened += events::open_spots(grid, p, &mut state.spot_clock, &mut state.spots, fields, time, dt);
+        let (evaporated, blackened) = sources::thin(grid, p, &mut state.h, &mut state.black, dt);
         books.evaporated += evaporated;
         books.blackened += blackened;
         if p.drains_inside {
@@ -448,7 +400,8 @@ impl Film {
         let state = &self.state;
         // Nothing times a number is nothing, unless the number is none.
         let whole = |values: &[f64]| values.par_chunks(4096).all(|part| wide!(none(part)) == 0.0);
-        let fine = whole(&state.h) && whole(&state.down) && whole(&state.across) && whole(&state.s);
+        let fine =
+            whole(&state.h) && whole(&state.black) && whole(&state.down) && whole(&state.across) && whole(&state.s);
         if fine { Ok(()) } else { Err(self.first_not_finite(step)) }
     }
 
@@ -456,6 +409,7 @@ impl Film {
         let state = &self.state;
         let fields = [
             ("the thickness", &state.h),
+            ("the share of black film", &state.black),
             ("the velocity down", &state.down),
             ("the velocity across", &state.across),
             ("the surfactant", &state.s),

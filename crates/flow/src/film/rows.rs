@@ -111,3 +111,35 @@ pub fn thin_row(row: &mut [f64], loss: f64, kept: f64, [black_m, below_m]: [f64;
     }
     (dry.iter().sum(), black.iter().sum())
 }
+
+/// Share of a cell below which what is left of film that turns black is black film, too.
+const LEFT: f64 = 1e-3;
+
+/// The same where a share of each cell is black film: evaporation thins the rest, and the rest turns black bit by bit where it
+/// is thinner than `below_m`, without thinning on its way.
+#[inline(always)]
+pub fn thin_mixed_row(
+    row: &mut [f64],
+    share: &mut [f64],
+    loss: f64,
+    kept: f64,
+    [black_m, below_m]: [f64; 2],
+) -> (f64, f64) {
+    let (mut dry, mut black) = (0.0, 0.0);
+    let share = &mut share[..row.len()];
+    for (h, phi) in row.iter_mut().zip(share) {
+        let rest = 1.0 - *phi;
+        // What the rest has above black film; that which closed up or drew apart has some, too.
+        let excess = *h - black_m;
+        let room = if excess > 0.0 { excess } else { 0.0 };
+        let taken = if rest * loss < room { rest * loss } else { room };
+        let left = excess - taken;
+        let turns = left < rest * (below_m - black_m) || rest == 0.0;
+        let (new, new_rest) = if turns { (left * kept, rest * kept) } else { (left, rest) };
+        *phi = if turns && (new_rest < LEFT || new <= 0.0) { 1.0 } else { 1.0 - new_rest };
+        dry += taken;
+        black += left - new;
+        *h = black_m + new;
+    }
+    (dry, black)
+}

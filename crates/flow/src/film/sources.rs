@@ -3,23 +3,47 @@
 use rayon::prelude::*;
 
 use super::black::Turning;
-use super::rows::thin_row;
+use super::rows::{thin_mixed_row, thin_row};
+use super::state::State;
 use crate::events::Spot;
 use crate::grid::{Edge, Grid};
 use crate::parameters::Parameters;
 
+/// A film that begins with film as thin as black film has black film there.
+pub fn find_black(p: &Parameters, state: &mut State) {
+    let black_m = p.black_film_m();
+    if p.black_below_m > 0.0 && state.black.is_empty() && state.h.iter().any(|&h| h <= black_m) {
+        state.black = state.h.iter().map(|&h| f64::from(u8::from(h <= black_m))).collect();
+    }
+}
+
 /// Evaporation, down to black film; thin film turns black. Returns what went either way, m3.
-pub fn thin(grid: &Grid, p: &Parameters, h: &mut [f64], dt: f64) -> (f64, f64) {
+pub fn thin(grid: &Grid, p: &Parameters, h: &mut [f64], share: &mut Vec<f64>, dt: f64) -> (f64, f64) {
     let (loss, kept) = (p.speed * p.evaporation * dt, (-dt * p.speed / p.black_s).exp());
     let turning = (p.salt > 0.0).then(|| Turning::new(p, dt));
-    let rows: Vec<(f64, f64)> = h
-        .par_chunks_exact_mut(grid.columns)
-        .with_min_len(8)
-        .map(|row| match &turning {
-            Some(turning) => turning.thin_row(row, loss),
-            None => wide!(thin_row(row, loss, kept, [p.black_m, p.black_below_m])),
-        })
-        .collect();
+    let below = p.black_below_m;
+    if share.is_empty() && h.par_chunks(4096).any(|part| wide!(part.iter().any(|&h| h - loss < below))) {
+        share.resize(h.len(), 0.0);
+    }
+    let n = grid.columns;
+    let rows: Vec<(f64, f64)> = if share.is_empty() {
+        h.par_chunks_exact_mut(n)
+            .with_min_len(8)
+            .map(|row| match &turning {
+                Some(turning) => turning.thin_row(row, loss),
+                None => wide!(thin_row(row, loss, kept, [p.black_m, below])),
+            })
+            .collect()
+    } else {
+        h.par_chunks_exact_mut(n)
+            .zip(share.par_chunks_exact_mut(n))
+            .with_min_len(8)
+            .map(|(row, share)| match &turning {
+                Some(turning) => turning.thin_mixed_row(row, share, loss),
+                None => wide!(thin_mixed_row(row, share, loss, kept, [p.black_m, below])),
+            })
+            .collect()
+    };
     rows.iter().zip(&grid.area).fold((0.0, 0.0), |(a, b), ((dry, black), area)| (a + dry * area, b + black * area))
 }
 

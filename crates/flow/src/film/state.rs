@@ -36,7 +36,7 @@ pub struct Summary {
     pub min_nm: f64,
     /// Greatest, nm.
     pub max_nm: f64,
-    /// Share of the area that is thinner than `black_below_m`.
+    /// Share of the area that is black film, or thinner than `black_below_m`.
     pub black_share: f64,
     /// Into the air.
     pub evaporated: f64,
@@ -51,8 +51,11 @@ pub struct Summary {
 /// All that changes in time; see [`Film`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
-    /// Thickness at the middles of cells, m.
+    /// Mean thickness of cells, m.
     pub h: Vec<f64>,
+    /// Share of each cell that is black film; empty until some is. The rest of a cell is `(h - share b) / (1 - share)` thick,
+    /// with the thickness b of black film.
+    pub black: Vec<f64>,
     /// ln(Gamma / Gamma_0) of the surfactant, at the middles of cells.
     pub s: Vec<f64>,
     /// Velocity down through the upper sides of cells, one row more, m/s.

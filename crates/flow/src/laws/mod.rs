@@ -5,6 +5,7 @@ mod ageing;
 mod borders;
 mod kernels;
 mod motion;
+mod share;
 mod sources;
 
 use crate::film::{Film, State};

@@ -38,19 +38,22 @@ impl Parameters {
     }
 
     /// A map of such a film as a field that is smooth between its cells, but for the edges of black film, which is what is
-    /// thinner than `black_below_m`.
+    /// thinner than `black_below_m` or, where it is told, what `black_share` says of each cell.
     ///
     /// ```
     /// use iridesce_flow::Parameters;
     /// use iridesce_thickness::ThicknessMap;
     /// let map = ThicknessMap::new(16, 1, [[12.0; 8], [200.0; 8]].concat())?;
-    /// let field = Parameters::preset("late")?.field(map);
+    /// let field = Parameters::preset("late")?.field(map, None);
     /// assert_eq!((field.sample(0.49, 0.5).round(), field.sample(0.51, 0.5).round()), (12.0, 200.0));
     /// # Ok::<(), iridesce_thickness::ThicknessError>(())
     /// ```
-    pub fn field(&self, map: ThicknessMap) -> FlowField {
+    pub fn field(&self, map: ThicknessMap, black_share: Option<Vec<f64>>) -> FlowField {
         let is_globe = matches!(self.shape, Shape::Sphere { .. });
-        FlowField::with_black_film(map, is_globe, self.black_below_m * 1e9)
+        match black_share {
+            Some(share) => FlowField::with_black_share(map, is_globe, &share, self.black_film_m() * 1e9),
+            None => FlowField::with_black_film(map, is_globe, self.black_below_m * 1e9),
+        }
     }
 
     /// Refuses what no film can be, and a grid that cannot hold it.
@@ -100,7 +103,7 @@ impl Parameters {
                 return wrong(key, format!("from {least} to 16384 cells"), &value);
             }
         }
-        // Each cell takes about 250 bytes.
+        // Each cell takes about 280 bytes.
         if self.columns * self.rows > MOST_CELLS {
             let allowed = format!("such that columns x rows is at most {MOST_CELLS} cells");
             return wrong("columns", allowed, &format_args!("{} x {}", self.columns, self.rows));
