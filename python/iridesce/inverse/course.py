@@ -11,7 +11,6 @@ for each t. Few thicknesses explain a spectrum: these candidates, refined, and "
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -19,9 +18,10 @@ import numpy.typing as npt
 from iridesce._interrupts import heard
 from iridesce.arguments.operands import Floats
 from iridesce.inverse.candidates import model_of
-from iridesce.inverse.model import HarmonicModel, Problem, quarter_wave_nm
+from iridesce.inverse.model import HarmonicModel, Problem, by_index, quarter_wave_nm
 from iridesce.inverse.posterior import PRIOR_FILM, PRIOR_NONE, prior_density, temper
 from iridesce.inverse.search import round_trip_rate
+from iridesce.inverse.spectrum_light import LEVEL, Found, Light, least_of, size_of_light
 
 # Phase of a step of the grid of thicknesses, radians.
 _STEP = 0.3
@@ -33,7 +33,7 @@ _LEARNT = (0.02, 80.0)
 _LAMP = (0.3, 14.0)
 # and as truly: curves of 3e-5 of it are left out.
 _LEAST_OF_A_LAMP = 1e-8
-_LEVEL, _STRAY = 0.4, 0.3
+_STRAY = 0.3
 # Candidates within so many units of the logarithm, at most so many.
 _FAR, _MOST = 30.0, 8
 # A jump that no drift explains has this probability a step; jumps go anywhere.
@@ -42,32 +42,12 @@ _CLEAR = 0.95
 # Spectra of fewer fringes do not teach the lamp: it could have made them.
 _TEACHING_FRINGES = 2.5
 _LEAST_TEACHERS = 5
+# Films of fewer fringes show how large the index is, besides n h; none moves by more than so many times the share it is off by.
+_THIN_FRINGES, _STEEPEST = 1.5, 10.0
 _PASS = 1 << 21
 # Steps towards the top of a candidate, each a third of the last: 8 nm to 0.1 pm.
 _TURNS = 16
 _LAMP_TURNS = 6
-
-
-@dataclass(frozen=True)
-class Light:
-    """What is known of the lamp before the series is looked at."""
-
-    lamp: Floats | None
-    """Its course where it is known (ones, for referenced data), else None."""
-    gain: float | None
-    stray: bool
-
-
-@dataclass
-class Found:
-    """Candidates of every spectrum, (spectra, candidates), NaN where there are fewer."""
-
-    thickness_nm: Floats
-    sd_nm: Floats
-    log_mass: Floats
-    none: Floats
-    """Log evidence of no film."""
-    kappa: Floats
 
 
 class Course:
@@ -93,6 +73,8 @@ class Course:
         self.on_grid = self.films(self.grid)
         self.mean = max(float(self.on_grid.mean()), 1e-9)
         self.tempered, self.learnt = 1.0, False
+        # The size of a spectrum under a learnt lamp, and by how much it varies, relative.
+        self.size: tuple[float, float] | None = None
         # What is not known of a learnt lamp, of itself: independent curves of size 1 sd, (wavelengths, curves).
         self.lamp_unknown = np.zeros((wavelength_nm.size, 0))
         # Below this, noise is the rounding of the models.
@@ -129,13 +111,15 @@ class Course:
         # (Two seconds for 2 000 wavelengths.)
         values, vectors = heard(np.linalg.eigh, np.exp(-0.5 * away * away))
         kept = values > least * values[-1]
-        level = _LEVEL if self.light.gain is None else _KNOWN[0]
+        level = _KNOWN[0] if self.light.gain is not None else LEVEL if self.size is None else self.size[1]
         return np.column_stack([np.full(self.nm.size, level), size * vectors[:, kept] * np.sqrt(values[kept])])
 
     def _gain(self) -> float:
         """The gain that is expected of a spectrum of mean size."""
         if self.light.gain is not None:
             return self.light.gain
+        if self.size is not None:
+            return self.size[0]
         weight = 1.0 / self.sd**2
         size = np.median(self.y @ (weight * self.lamp)) / max(float(weight @ (self.lamp * self.lamp)), 1e-300)
         return max(float(size) / self.mean, 1e-300)
@@ -186,7 +170,12 @@ class Course:
             ones.append(bare)
         # No film: lamp light of any size, and the bare base.
         sizes = [gain * self.mean * 10.0 ** (0.5 * power) for power in range(-4, 3)]
+        own = self.changes
+        if self.light.gain is None:
+            # How large a film's light is says nothing of light without a film: its sizes are half a decade apart.
+            self.changes = np.column_stack([np.full(self.nm.size, LEVEL), own[:, 1:]])
         none_cost = [self._costs(ones[0], y, size) for size in sizes]
+        self.changes = own
         none_cost += [self._costs(one, y, gain) for one in ones[1:]]
         none_costs = np.array([one[0][:, 0] for one in none_cost])
         found = self._refined(y, gain, cost, volume, none_costs.min(axis=0))
@@ -217,7 +206,7 @@ class Course:
                     rows[kept], middle[kept], width[kept], costs[kept], volumes[kept],
                 )  # fmt: skip
             # The noise is understated by so much, at least: what the best explanation leaves, refined, not on the grid.
-            kappa = np.maximum(1.0, np.sqrt(_least(rows, costs[:, 1], none) / points))
+            kappa = np.maximum(1.0, np.sqrt(least_of(rows, costs[:, 1], none) / points))
             scale = (1.0 / (kappa**2 * self.tempered))[rows]
             below, at, above = (-0.5 * costs * scale[:, None] - volumes / self.tempered).T
             bend = 2.0 * at - below - above
@@ -269,7 +258,7 @@ class Course:
 
     def _most(self, rows: npt.NDArray[np.intp], costs: Floats, none: Floats) -> Floats:
         """What a film may leave of the spectrum of its row and still count."""
-        least = _least(rows, costs, none)
+        least = least_of(rows, costs, none)
         noise = np.maximum(1.0, least / self.nm.size) * self.tempered
         return (least + 2.0 * _FAR * noise)[rows]
 
@@ -364,6 +353,8 @@ class Course:
         lamp, films, normal = self._with_films(base, modes, thickness_nm[use], y)
         self.lamp, self.bend, self.learnt = lamp, _LEARNT, True
         gains, strays = self._linear(films, y, lamp)
+        if self.light.gain is None:
+            self.size = size_of_light(gains)
         left = (y - (gains[:, None] * films + strays[:, None]) * lamp) / self.sd
         self.tempered = float(np.median([temper(row) for row in left]))
         # Neighbours' errors that hang together count once, and what the noise was understated by, counts; the prior stays.
@@ -373,17 +364,19 @@ class Course:
         self.lamp_unknown = np.linalg.solve(factor, modes.T).T * (base / lamp)[:, None]
         return True
 
-    def sd_of_lamp(self, thickness_nm: Floats) -> Floats:
-        """By how much each thickness is uncertain because the learnt lamp is, nm: one error, common to all spectra.
+    def errors_of_all(self, thickness_nm: Floats) -> tuple[Floats, Floats]:
+        """How far each thickness moves, nm, with what all spectra share: one sd of the learnt lamp, and the index by itself.
 
-        A change d of the lamp moves the film of a spectrum by (s.P d) / (s.P s), s the slope of the spectrum with thickness, P
-        what gain, drift and stray light cannot take up. So the variance of the joint posterior of lamp and films is that of
-        the film under a known lamp, which `Found` has, and the sum of these squares (the law of total variance).
+        A change d of the spectra, of the lamp or of the index, moves the film of a spectrum by (s.P d) / (s.P s), s the slope of
+        the spectrum with thickness, P what gain, drift and stray light cannot take up. So the variance of the joint posterior of
+        lamp and films is that of the film under a known lamp, which `Found` has, and the sum of these squares (the law of total
+        variance). Of the index, fringes show n h alone; a thin film shows how large n is, too, and moves by up to five times as
+        much.
         """
-        out = np.zeros(len(thickness_nm))
-        if not self.lamp_unknown.shape[1]:
-            return out
-        known = np.flatnonzero(np.isfinite(thickness_nm))
+        by_lamp, by_n = np.zeros(len(thickness_nm)), np.array(thickness_nm, dtype=np.float64)
+        thin = self.fringes(thickness_nm) < _THIN_FRINGES
+        asked = np.isfinite(thickness_nm) if self.lamp_unknown.shape[1] else np.isfinite(thickness_nm) & thin
+        known = np.flatnonzero(asked)
         gain, step = self._gain(), 1e-3 / float(self.rate.max())
         rows_at_once = max(1, _PASS // (4 * self.nm.size * (self.changes.shape[1] + 1)))
         for start in range(0, known.size, rows_at_once):
@@ -405,8 +398,12 @@ class Course:
             taken = np.linalg.solve(normal, (columns @ moved[:, :, None]))[:, :, 0]
             seen = moved - np.einsum("tcn,tc->tn", columns, taken)
             size_of = np.maximum((seen * moved).sum(axis=1), 1e-300)
-            out[rows] = np.linalg.norm((seen * light) @ self.lamp_unknown, axis=1) / size_of
-        return out
+            by_lamp[rows] = np.linalg.norm((seen * light) @ self.lamp_unknown, axis=1) / size_of
+            for i in np.flatnonzero(thin[rows]):
+                contrast = by_index(self.problem, self.nm, float(h[i]))
+                more = float((seen[i] * response[i]) @ contrast) / size_of[i]
+                by_n[rows[i]] = min(max(abs(h[i] + more), h[i]), _STEEPEST * h[i])
+        return by_lamp, by_n
 
     def _with_films(self, base: Floats, modes: Floats, h: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
         """The lamp, the films as they are under it, and the normal matrix of the lamp, by Gauss and Newton.
@@ -488,10 +485,3 @@ class Course:
         determinant = ff * (one + ridge) - f1 * f1
         gains = ((one + ridge) * fz - f1 * oz) / np.maximum(determinant, 1e-300)
         return gains, (oz - f1 * gains) / (one + ridge)
-
-
-def _least(rows: npt.NDArray[np.intp], costs: Floats, none: Floats) -> Floats:
-    """The least of each row's costs and of no film's."""
-    out = none.copy()
-    np.minimum.at(out, rows, costs)
-    return out

@@ -248,6 +248,15 @@ def order_share(solutions: Sequence[Solution], quarter_nm: float) -> float:
     return sum(one.weight for one in solutions if abs(one.thickness_nm - best) <= near)
 
 
+# A thickness is known where noise and response leave it this good, relative or nm, with a probability of 95 %.
+_KNOWN, _KNOWN_NM = 0.04, 3.0
+
+
+def is_known(thickness_nm: Any, precision_nm: Any) -> Any:
+    """Whether a thickness is known, and not its order alone: thin films are all of one order."""
+    return 1.96 * precision_nm <= _KNOWN * thickness_nm + _KNOWN_NM
+
+
 def apart(solved: list[tuple[Solution, float, bool]]) -> list[tuple[Solution, float, bool]]:
     """Peaks that lie within the precision of a likelier one are that one, reached from another side.
 

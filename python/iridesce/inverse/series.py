@@ -25,13 +25,14 @@ from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import number, one_of
 from iridesce.files.spectra import read_spectrum
-from iridesce.inverse.course import _CLEAR, Course, Found, Light
+from iridesce.inverse.course import _CLEAR, Course
 from iridesce.inverse.data import inside_media, local_noise, referenced
 from iridesce.inverse.fit import fit_thickness
 from iridesce.inverse.model import Problem, describe, quarter_wave_nm, read_problem
-from iridesce.inverse.results import FitResult, order_share
+from iridesce.inverse.results import FitResult, is_known, order_share
 from iridesce.inverse.series_result import SeriesResult, no_film
 from iridesce.inverse.solve import student
+from iridesce.inverse.spectrum_light import Found, Light
 from iridesce.inverse.tolerances import Tolerances, read_tolerances
 from iridesce.optics.averages import FWHM
 
@@ -295,14 +296,18 @@ def _answer(
     """The answer, a row a spectrum; `alone`: what each spectrum tells by itself, where the series tells no more."""
     best, mass = _best(course, belief, found)
     place = belief.argmax(axis=1)
-    sd = np.hypot(found.sd_nm[np.arange(len(best)), place], course.sd_of_lamp(best))
+    by_lamp, by_index = course.errors_of_all(best)
+    sd = np.hypot(found.sd_nm[np.arange(len(best)), place], by_lamp)
     said, usual = (
-        math.hypot(one.index, one.of_wavelengths(course.problem, course.nm, 0))
+        np.hypot(one.index * by_index, one.of_wavelengths(course.problem, course.nm, 0) * best)
         for one in (tolerances.said(), tolerances)
     )
-    half, off = student(probability, 1e6) * np.hypot(sd, said * best), np.hypot(sd, usual * best)
+    half, off = student(probability, 1e6) * np.hypot(sd, said), np.hypot(sd, usual)
     at_end = (best <= course.bounds[0] + 1e-6) | (best >= course.bounds[1] - 1e-6)
     words = np.where(mass > _CLEAR, "clear", "ambiguous").astype("<U9")
+    if course.light.gain is None:
+        # The size of the light varies: thin films, all of one order, are told from one another by little else.
+        words[~is_known(best, sd)] = "ambiguous"
     if not course.learnt and course.light.lamp is None:
         # The lamp's first guess is the mean of the spectra, which holds the fringes of films that hardly change.
         words[words == "clear"] = "ambiguous"
