@@ -70,7 +70,9 @@ impl Bodies {
             Instances::File(file) => {
                 let list = maps.transforms(file, watch);
                 watch.check()?;
-                list.map_err(|e| at(e, "instances.file"))?.iter().map(|by| by.after(own)).collect()
+                let list = list.map_err(|e| at(e, "instances.file"))?;
+                // Those of a million are not held twice.
+                if *own == Affine::IDENTITY { list } else { list.iter().map(|by| by.after(own)).collect() }
             }
         };
         if let Some(flat) = all.iter().position(|by| by.inverse().is_none()) {

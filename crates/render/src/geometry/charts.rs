@@ -21,7 +21,7 @@ struct ObjectChart {
     mesh: Option<Arc<Mesh>>,
     uv: UvMap,
     bump: Option<Heights>,
-    /// From the world to the space of the object, of each instance.
+    /// From the world to the space of the object, of each instance of a simple shape: of others the tree knows it.
     to_object: Vec<Affine>,
     is_shaded: bool,
 }
@@ -37,7 +37,7 @@ impl Charts {
                 let mesh = scene.mesh(number).cloned();
                 let bump = scene.bump(number).cloned();
                 let placements = scene.placements(number);
-                let stays = matches!(placements, [only] if *only == Affine::IDENTITY);
+                let stays = matches!(placements, [only] if *only == Affine::IDENTITY) || !is_simple(&object.shape);
                 ObjectChart {
                     chart: (!matches!(object.shape, SceneShape::Mesh(_))).then(|| Chart::new(&object.shape)),
                     is_shaded: bump.is_some() || mesh.as_ref().is_some_and(|mesh| mesh.normals.is_some()),
@@ -75,7 +75,8 @@ impl Charts {
         let Some(own) = self.objects.get(hit.object) else { return all };
         let part = tree.map(|tree| &tree.parts[hit.part as usize]);
         all.instance = part.map_or(0, |part| part.instance);
-        let to_object = own.to_object.get(all.instance as usize);
+        let to_object =
+            own.to_object.get(all.instance as usize).or_else(|| tree?.to_object.get(part?.placement as usize));
         let place = to_object.map_or(hit.point, |by| by.moved(hit.point));
         all.local = place;
         let to_world = to_object.map(|by| by.inverse().unwrap_or_default());
@@ -151,4 +152,9 @@ impl Charts {
         all.frame = [across, up];
         all
     }
+}
+
+/// Whether a shape may be put into the world as another of its kind, without a placement.
+fn is_simple(shape: &SceneShape) -> bool {
+    !matches!(shape, SceneShape::Mesh(_) | SceneShape::Bubbles(_) | SceneShape::Cylinder { .. })
 }

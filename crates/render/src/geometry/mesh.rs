@@ -39,11 +39,13 @@ pub struct TriangleMesh {
     reach: f64,
 }
 
-/// Where a ray meets a mesh: `first` and `second` are the shares of the corners after the first.
+/// Where a ray meets a mesh.
 #[derive(Debug, Clone, Copy)]
 pub struct Met {
     pub triangle: u32,
     pub distance: f64,
+    /// Where the triangle stands among the leaves of the hierarchy.
+    pub seat: u32,
 }
 
 /// A triangle that a ray starts on, and how far rounding may have put the start from it.
@@ -108,30 +110,44 @@ impl TriangleMesh {
     /// The unit normal of a triangle.
     pub fn normal(&self, triangle: u32) -> Vec3 {
         let [a, b, c] = self.corners(triangle);
-        // By the longest edge's size: squares of squares of small lengths would be zero.
-        let (first, second) = (b - a, c - a);
-        let size = first.length_squared().max(second.length_squared()).sqrt();
-        (first * (1.0 / size)).cross(second * (1.0 / size)).normalized()
+        normal(b - a, c - a)
     }
 
     /// The shares of the second and the third corner at a point of a triangle.
     pub fn shares(&self, triangle: u32, point: Vec3) -> [f64; 2] {
         let [a, b, c] = self.corners(triangle);
-        let (first, second, way) = (b - a, c - a, point - a);
-        let n = first.cross(second);
-        let per = 1.0 / n.length_squared();
-        let (b, c) = (way.cross(second).dot(n) * per, first.cross(way).dot(n) * per);
-        let (b, c) = (b.clamp(0.0, 1.0), c.clamp(0.0, 1.0));
-        let sum = (b + c).max(1.0);
-        [b / sum, c / sum]
+        shares(b - a, c - a, point - a)
     }
 
-    /// A point of a ray at a distance, put onto its triangle.
-    pub fn onto(&self, triangle: u32, point: Vec3) -> Vec3 {
-        let [a, b, c] = self.corners(triangle);
-        let [second, third] = self.shares(triangle, point);
-        a + (b - a) * second + (c - a) * third
+    /// A point of a ray put onto the triangle of a seat, which the ray meets there, and its unit normal: from what the search has just
+    /// read, not from the corners of the file, which lie far away in memory.
+    #[inline(always)]
+    pub fn close(&self, seat: u32, point: Vec3) -> (Vec3, Vec3) {
+        let (block, lane) = (&self.blocks[seat as usize / LEAF], seat as usize % LEAF);
+        let [corner, first, second] = [&block.corner, &block.first, &block.second]
+            .map(|rows| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]));
+        let [share, other] = shares(first, second, point - corner);
+        (corner + first * share + second * other, normal(first, second))
     }
+}
+
+/// The unit normal of a triangle of which these are two edges.
+#[inline(always)]
+fn normal(first: Vec3, second: Vec3) -> Vec3 {
+    // By the longest edge's size: squares of squares of small lengths would be zero.
+    let size = first.length_squared().max(second.length_squared()).sqrt();
+    (first * (1.0 / size)).cross(second * (1.0 / size)).normalized()
+}
+
+/// The shares of the ends of two edges at a place of their triangle, to which a way leads from the corner of both.
+#[inline(always)]
+fn shares(first: Vec3, second: Vec3, way: Vec3) -> [f64; 2] {
+    let n = first.cross(second);
+    let per = 1.0 / n.length_squared();
+    let (b, c) = (way.cross(second).dot(n) * per, first.cross(way).dot(n) * per);
+    let (b, c) = (b.clamp(0.0, 1.0), c.clamp(0.0, 1.0));
+    let sum = (b + c).max(1.0);
+    [b / sum, c / sum]
 }
 
 struct Search<'a> {
@@ -193,7 +209,7 @@ impl Visit for Search<'_> {
             let is_nearer =
                 distance < limit || self.best.is_some_and(|best| best.distance == distance && triangle < best.triangle);
             if is_nearer && !self.is_start(block, lane, volumes[lane]) {
-                self.best = Some(Met { triangle, distance });
+                self.best = Some(Met { triangle, distance, seat: (first * LEAF + lane) as u32 });
                 limit = distance;
             }
         }

@@ -203,7 +203,7 @@ impl Tree {
             Kind::Shape(shape) => shape.at(&own, distance),
             Kind::Cylinder(cylinder) => cylinder.at(point, best.primitive),
             Kind::Patch(patch) => patch.at(&own, distance),
-            Kind::Mesh(mesh) => (mesh.onto(best.primitive, point), mesh.normal(best.primitive)),
+            Kind::Mesh(mesh) => mesh.close(best.seat, point),
         };
         let (point, normal) = match to_object {
             None => (point, normal),
@@ -277,6 +277,8 @@ fn in_object(ray: &Ray, by: &Affine, distance: f64) -> (Ray, f64) {
 struct Best {
     part: u32,
     primitive: u32,
+    /// Of a triangle, where it stands among those of its mesh.
+    seat: u32,
     distance: f64,
 }
 
@@ -320,9 +322,11 @@ impl Search<'_> {
             Some(by) => in_object(self.ray, by, limit * (1.0 + 4.0 * f64::EPSILON)),
         };
         let found = match &tree.kinds[part.kind as usize] {
-            Kind::Shape(shape) => shape.distance(&own, leaving.is_some()).map(|distance| (distance, 0)),
-            Kind::Cylinder(cylinder) => cylinder.nearest(&own, leaving),
-            Kind::Patch(patch) => patch.nearest(&own, leaving.is_some()).map(|distance| (distance, 0)),
+            Kind::Shape(shape) => shape.distance(&own, leaving.is_some()).map(|distance| (distance, 0, 0)),
+            Kind::Cylinder(cylinder) => {
+                cylinder.nearest(&own, leaving).map(|(distance, primitive)| (distance, primitive, 0))
+            }
+            Kind::Patch(patch) => patch.nearest(&own, leaving.is_some()).map(|distance| (distance, 0, 0)),
             Kind::Mesh(mesh) => {
                 let start = leaving.map(|triangle| {
                     // What the way from the world costs in digits.
@@ -332,10 +336,10 @@ impl Search<'_> {
                     });
                     Start { triangle, slack: mesh.slack(size) }
                 });
-                mesh.nearest(simd, &own, own_limit, start).map(|met| (met.distance, met.triangle))
+                mesh.nearest(simd, &own, own_limit, start).map(|met| (met.distance, met.triangle, met.seat))
             }
         };
-        let Some((distance, primitive)) = found else { return limit };
+        let Some((distance, primitive, seat)) = found else { return limit };
         let distance = match to_object {
             None => distance,
             Some(by) => distance / by.turned(self.ray.direction).length_squared().sqrt(),
@@ -345,7 +349,7 @@ impl Search<'_> {
         if !is_nearer {
             return limit;
         }
-        self.best = Some(Best { part: number, primitive, distance });
+        self.best = Some(Best { part: number, primitive, seat, distance });
         distance
     }
 }

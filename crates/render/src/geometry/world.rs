@@ -157,7 +157,7 @@ impl Geometry {
         let Some(tree) = &self.tree else { return self.shapes[object].draw(origin, pair) };
         if let Some(area) = &self.areas[object] {
             let direction = (area.point(tree, pair) - origin).normalized();
-            let density = self.density_by_area(area, object, origin, direction);
+            let density = self.density_by_area((tree, area), object, origin, direction);
             return (density > 0.0).then_some((direction, density));
         }
         tree.only_shape(object)?.draw(origin, pair)
@@ -168,13 +168,19 @@ impl Geometry {
     pub fn density(&self, object: usize, origin: Vec3, place: Vec3) -> f64 {
         let Some(tree) = &self.tree else { return self.shapes[object].density(origin, place) };
         match &self.areas[object] {
-            Some(area) => self.density_by_area(area, object, origin, (place - origin).normalized()),
+            Some(area) => self.density_by_area((tree, area), object, origin, (place - origin).normalized()),
             None => tree.only_shape(object).map_or(0.0, |shape| shape.density(origin, place)),
         }
     }
 
     /// Every place of the object along a direction leads to it: their densities add.
-    fn density_by_area(&self, area: &AreaSampler, object: usize, origin: Vec3, direction: Vec3) -> f64 {
+    fn density_by_area(
+        &self,
+        (tree, area): (&Tree, &AreaSampler),
+        object: usize,
+        origin: Vec3,
+        direction: Vec3,
+    ) -> f64 {
         let (mut ray, mut from, mut so_far, mut sum) = (Ray { origin, direction }, None, 0.0, 0.0);
         // No more crossings than any closed surface of a lamp has; of others a few are left out, in both techniques alike.
         for _ in 0..64 {
@@ -182,7 +188,7 @@ impl Geometry {
             so_far += hit.distance;
             let cos = direction.dot(hit.normal).abs();
             if cos > 1e-9 {
-                sum += so_far * so_far / (cos * area.total());
+                sum += so_far * so_far / cos * area.density(tree, &hit);
             }
             (ray.origin, from) = (hit.point, Some(hit));
         }
