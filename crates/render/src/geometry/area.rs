@@ -176,12 +176,13 @@ mod tests {
     use super::*;
     use crate::camera::Ray;
 
-    /// Four unequal triangles in a row of boxes along x, so that a place tells of its triangle.
+    /// Four unequal triangles in a row of boxes along x, so that a place tells of its triangle; stretched, each grows otherwise.
     fn mesh() -> Kind {
         let mut positions = Vec::new();
         for (at, size) in [0.2, 0.5, 0.9, 0.4].into_iter().enumerate() {
             let x = at as f64;
-            positions.extend([[x, 0.0, 0.0], [x + size, 0.1 * size, 0.0], [x + 0.1, size, 0.3 * size]]);
+            let [y, z] = if at % 2 == 0 { [size, 0.3 * size] } else { [0.1 * size, size] };
+            positions.extend([[x, 0.0, 0.0], [x + size, 0.1 * y, 0.1 * z], [x + 0.1, y, z]]);
         }
         let triangles = (0..4).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect();
         let mesh = Mesh {
