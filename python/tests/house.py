@@ -62,26 +62,6 @@ PACKAGE_ORDER = [
     *("iridesce", "cli", "__main__"),
 ]
 
-# Circles of Rust modules that still stand, with what it takes to undo each. A circle that is gone must leave this table.
-KNOWN_CIRCLES: dict[tuple[str, ...], str] = {
-    ("optics", "medium", "medium::catalogue", "medium::mixture", "medium::rows", "medium::yaml"): (
-        "the readers make a Medium, which stands in the module that calls them: Medium into a file of its own"
-    ),
-    ("optics", "stack::slabs", "stack::solver"): "the solver asks whether a slab averages: that rule upstream of both",
-    (
-        "optics",
-        "stack::sweep",
-        "stack::sweep::axes",
-    ): "axes take Operand from the face of sweep: into a file of its own",
-    (
-        "thickness",
-        "flow_field",
-        "map",
-        "model",
-    ): "a map is a model and a model asks its map: the enum downstream of both",
-}
-
-
 # --- graphs ----------------------------------------------------------------------------------------------------------
 
 Graph = Mapping[str, Iterable[str]]

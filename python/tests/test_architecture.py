@@ -14,7 +14,6 @@ import pytest
 
 from conftest import ROOT
 from house import (
-    KNOWN_CIRCLES,
     MAY_USE,
     MODULE_ORDER,
     PACKAGE_ORDER,
@@ -99,10 +98,8 @@ def test_modules_of_a_crate_are_in_order(crate: str) -> None:
     assert upstream_arrows(arrows, order, {name: top_level(name, order) for name in arrows}) == []
 
 
-def test_no_circles_among_rust_modules_but_the_known_ones() -> None:
-    found = {(crate, *circle) for crate in CRATES for circle in circles(arrows_of(crate))}
-    assert found - set(KNOWN_CIRCLES) == set(), "undo a new circle: what is upstream?"
-    assert set(KNOWN_CIRCLES) - found == set(), "a circle that is gone must leave KNOWN_CIRCLES"
+def test_no_circles_among_rust_modules() -> None:
+    assert {(crate, *circle) for crate in CRATES for circle in circles(arrows_of(crate))} == set(), "what is upstream?"
 
 
 def test_every_module_of_every_crate_is_read() -> None:

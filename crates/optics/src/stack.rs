@@ -4,6 +4,7 @@
 //! both polarisations from one preparation ([`Solver`]), incoherent slabs as sums of powers (`slabs`); whole arrays
 //! in vectors ([`sweep`]).
 
+mod averaging;
 mod derivatives;
 mod fields;
 pub mod graded;
@@ -16,9 +17,9 @@ pub mod sweep;
 mod text;
 
 pub use crate::fresnel::{Amplitudes, Polarization};
+pub(crate) use averaging::averages as phase_averages;
 pub use derivatives::{Derivatives, LayerAiry, ellipsometry_derivatives, layer_airy, power_derivatives};
 pub use fields::{FieldAt, Fields};
-pub(crate) use slabs::averages as phase_averages;
 pub use solver::{Powers, Solver};
 pub use text::StackText;
 

@@ -7,6 +7,7 @@ mod gradient;
 mod lens_gap;
 mod map;
 mod model;
+mod sampled;
 mod swirls;
 mod wedge;
 

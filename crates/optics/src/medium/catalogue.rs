@@ -3,7 +3,9 @@
 
 use std::sync::{Arc, LazyLock, OnceLock};
 
-use super::{Index, Inner, Medium, mixture, yaml};
+use super::rule::Rule;
+use super::value::{Index, Inner, Medium};
+use super::{mixture, yaml};
 use crate::{Complex64, OpticsError};
 
 /// Where the index of a built-in medium comes from.
@@ -166,7 +168,7 @@ fn build(entry: &Entry) -> Result<Medium, OpticsError> {
         Glycerol { mass_fraction, density } => mixture::mix(
             (named("water")?, (1.0 - mass_fraction) * density / WATER_DENSITY),
             (named("glycerol")?, mass_fraction * density / GLYCEROL_DENSITY),
-            mixture::Rule::LorentzLorenz,
+            Rule::LorentzLorenz,
         ),
     };
     let mut inner = Arc::into_inner(medium.0).expect("just built, held once");

@@ -1,6 +1,6 @@
 //! From rows of numbers, each with its line in the file, to tables over ascending wavelength.
 
-use super::check_index;
+use super::value::check_index;
 use crate::spectrum::Table;
 use crate::{Complex64, OpticsError};
 

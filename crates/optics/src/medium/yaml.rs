@@ -5,14 +5,18 @@
 
 use saphyr_parser::{Event, Parser, ScalarStyle, Span, StrInput};
 
+use super::formula::Formula;
 use super::number::{plain, shifted};
 use super::page::{self, Node};
 use super::rows::{Columns, Repeated, Row, tables};
-use super::{Data, Formula, MAX_TEXT_BYTES, Medium, Real};
+use super::value::{Data, Medium, Real};
 use crate::OpticsError;
 
 /// Micrometres to nanometres: three decimal places.
 const UM_TO_NM: i32 = 3;
+
+/// Longest text a reader accepts, bytes: a table of about half a million rows.
+pub const MAX_TEXT_BYTES: usize = 16 << 20;
 
 /// A page nests five levels at most.
 const MAX_DEPTH: usize = 32;

@@ -3,8 +3,8 @@
 
 use std::f64::consts::TAU;
 
+use super::averaging::averages;
 use super::runs::{self, Half, Phase, Run, Slopes};
-use super::slabs::averages;
 use super::solver::lasing;
 use crate::fresnel::Polarization;
 use crate::incidence::{Incidence, sqrt_upper};

@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use super::averaging::averages;
 use super::layer::Field;
 use super::march::{Wave, parts, up};
-use super::slabs::averages;
 use crate::fresnel::{Amplitudes, Polarization};
 use crate::incidence::{Incidence, sqrt_upper};
 use crate::{Complex64, OpticsError};

@@ -15,6 +15,7 @@ mod general;
 pub(crate) mod lanes;
 mod march;
 mod media;
+mod operand;
 mod quantity;
 mod rows;
 mod run;
@@ -25,6 +26,7 @@ use iridesce_numerics::{ANGLE_DEG, Bounds, THICKNESS_NM, WAVELENGTH_NM, Watch, i
 
 pub use iridesce_numerics::simd::levels;
 pub use march::Power;
+pub use operand::Operand;
 pub use quantity::Quantity;
 
 use self::axes::{Axis, Walk, axes_of};
@@ -39,15 +41,6 @@ const TASK_WORK: usize = 1 << 18;
 const GENERAL_TASK: usize = 512;
 /// As many directions are kept ready; more are worked out where they are met.
 const MOST_DIRECTIONS: usize = 1 << 16;
-
-/// One argument: its own values, and how far to step in them along each axis of the result (0: broadcast).
-#[derive(Debug, Clone)]
-pub struct Operand<'a> {
-    /// The values.
-    pub values: &'a [f64],
-    /// One stride an axis.
-    pub strides: Vec<usize>,
-}
 
 /// What a sweep runs over.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! Broadcast axes: joined where they can be, parted into rows and thicknesses, and walked.
 
-use super::Operand;
 use super::lanes::{LANES, Lane};
+use super::operand::Operand;
 
 /// One axis of a result.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,16 +17,6 @@ impl Axis {
     /// Whether wavelength or angle change along it.
     pub(super) fn is_row(&self) -> bool {
         self.strides[0] != 0 || self.strides[1] != 0
-    }
-}
-
-impl Operand<'_> {
-    /// Whether every element of `shape` finds its value.
-    pub fn reaches(&self, shape: &[usize]) -> bool {
-        let furthest = shape.iter().zip(&self.strides).try_fold(0_usize, |sum, (&length, &stride)| {
-            sum.checked_add(stride.checked_mul(length.saturating_sub(1))?)
-        });
-        furthest.is_some_and(|furthest| furthest < self.values.len())
     }
 }
 
