@@ -7,12 +7,16 @@ import type { Stage } from "./stage";
 import { PRESETS, type State } from "./state/keys";
 
 const WANTED_PER_S = 30;
+/** Pictures a second at which none is made smaller: what else a machine does now and then must not take one below those wanted. */
+const EASY_PER_S = 33;
 /** The most film a picture may wait for, s. Where the core cannot keep up the film is slow, and still moves smoothly. */
 const LONGEST_STEP_S = 1 / WANTED_PER_S;
 /** The most time the film may be behind and still make good, s: what a picture that came late has left. */
 const MOST_OWED_S = 3 * LONGEST_STEP_S;
 /** Pictures after which it is known how fast they come. */
 const PACE_PICTURES = 20;
+/** Pictures after which they may be made larger, and over which their pace is told. */
+const LONG_PICTURES = 90;
 
 /** Where a film lies, m: radius and angle of the rim of a sphere (crates/flow: presets), or sides of a frame. */
 const SHAPES: Record<string, { radius: number; rim: number } | { across: number; down: number }> = {
@@ -181,15 +185,15 @@ export class LivingFilm {
     return this.job.ask<"film">({ kind: "flow-advance", id: 0, time_s: this.state.time_s + step_s });
   }
 
-  /** Smaller pictures where they come too slowly, unless it is the film that they wait for. */
+  /** Smaller pictures where they come too slowly, unless it is the film that they wait for; larger ones where there is time. */
   private keepPace(): void {
     this.times.push(performance.now());
     if (this.times.length % 30 === 0) this.stage.app.version++;
     if (this.times.length <= PACE_PICTURES) return;
-    if (this.times.length > 90) this.times.shift();
-    const perSecond = this.perSecond();
-    const drawn = this.stepMs() < 900 / perSecond;
-    if (drawn && perSecond < WANTED_PER_S * 0.97 && this.stage.smaller(perSecond / WANTED_PER_S)) this.times = [];
+    const share = this.perSecond() / EASY_PER_S;
+    const isDrawing = this.stepMs() < 900 / this.perSecond();
+    if (share < 1 ? isDrawing && this.stage.smaller(share) : this.times.length > LONG_PICTURES && this.stage.larger(share)) this.times = [];
+    if (this.times.length > LONG_PICTURES) this.times.shift();
   }
 
   perSecond(): number {

@@ -201,6 +201,14 @@ export class Stage {
     return true;
   }
 
+  /** More pixels for a living film, if `share` of those there are is enough for the next size; false: it is not, or there are none. */
+  larger(share: number): boolean {
+    if (this.sideIndex === 0 || SIDES[this.sideIndex - 1] ** 2 > share * SIDES[this.sideIndex] ** 2) return false;
+    this.sideIndex--;
+    this.updateGeometry();
+    return true;
+  }
+
   private async updateField(): Promise<void> {
     const wanted = this.wantedField();
     if (wanted === this.fieldKey || this.fieldKey === `asked ${wanted}`) return;

@@ -4,7 +4,7 @@ import type { Table } from "../core/core";
 import { lookUp } from "../core/look-up";
 import { type Draft, draftOf } from "./draft";
 import { type Field, type Geometry, WALL, thicknessAt } from "./geometry";
-import { FRAGMENT, VERTEX } from "./shader";
+import { VERTEX, WAYS, type Way, fragment } from "./shader";
 
 export interface Look {
   /** Linear sRGB from XYZ, row by row, from the core. */
@@ -150,21 +150,27 @@ export class Picture {
 
 // ------------------------------------------------------------------------------------------------------------ WebGL2
 
+/** Textures of the shader, each in the unit of its place here. */
+const SAMPLERS = ["front", "back", "behind", "field", "values", "slopes", "draft"] as const;
+type Sampler = (typeof SAMPLERS)[number];
+type Four = [number, number, number, number];
+
 class GlPainter implements Painter {
   readonly kind = "webgl2";
   readonly software: boolean;
   private readonly gl: WebGL2RenderingContext;
-  private readonly program: WebGLProgram;
-  private readonly textures = new Map<string, WebGLTexture>();
+  /** By what they were compiled for. */
+  private readonly programs = new Map<string, Program>();
+  private readonly textures = new Map<Sampler, WebGLTexture>();
   /** Width, height and channels of what each holds: another picture of that kind needs no other memory. */
   private readonly held = new Map<string, string>();
   private corners = new Float32Array(0);
-  private readonly places = new Map<string, WebGLUniformLocation | null>();
   private geometry: Geometry | null = null;
   private table: Table | null = null;
   /** The table that the draft on the device was made of. */
   private drafted: Table | null = null;
   private hasDraft = false;
+  private draftAxes: Four = [0, 1, 0, 1];
   private readonly lost: (event: Event) => void;
 
   constructor(private readonly canvas: HTMLCanvasElement, lost: () => void) {
@@ -174,9 +180,9 @@ class GlPainter implements Painter {
     this.gl = gl;
     const named = gl.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER;
     this.software = /swiftshader|llvmpipe|softpipe|basic render/i.test(String(gl.getParameter(named)));
-    this.program = link(gl);
-    gl.useProgram(this.program);
-    ["front", "back", "behind", "field", "values", "slopes", "draft"].forEach((name, unit) => {
+    // A device that cannot have the plainest of them is no use: better to know at once.
+    this.program([]);
+    SAMPLERS.forEach((name, unit) => {
       const texture = gl.createTexture();
       if (!texture) throw new Error("no texture");
       gl.activeTexture(gl.TEXTURE0 + unit);
@@ -184,12 +190,9 @@ class GlPainter implements Painter {
       for (const parameter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) {
         gl.texParameteri(gl.TEXTURE_2D, parameter, gl.NEAREST);
       }
-      gl.uniform1i(this.place(name), unit);
       this.textures.set(name, texture);
     });
     this.setField(NO_FIELD);
-    // A sampler of whole numbers needs a texture of them, used or not.
-    this.fillDraft({ rows: 1, columns: 1, texels: new Uint32Array(4), axes: [0, 1, 0, 1] });
     this.lost = (event) => {
       event.preventDefault();
       lost();
@@ -197,19 +200,24 @@ class GlPainter implements Painter {
     canvas.addEventListener("webglcontextlost", this.lost);
   }
 
-  private place(name: string): WebGLUniformLocation | null {
-    if (!this.places.has(name)) this.places.set(name, this.gl.getUniformLocation(this.program, name));
-    return this.places.get(name) ?? null;
+  private program(ways: readonly Way[]): Program {
+    const key = ways.join(" ");
+    let program = this.programs.get(key);
+    if (!program) {
+      program = new Program(this.gl, ways);
+      this.programs.set(key, program);
+    }
+    return program;
   }
 
-  private fill(name: string, width: number, height: number, channels: number, data: Float32Array): void {
+  private fill(name: Sampler, width: number, height: number, channels: number, data: Float32Array): void {
     const gl = this.gl;
     const most = gl.getParameter(gl.MAX_TEXTURE_SIZE) as number;
     if (width > most || height > most) throw new Error(`${name} needs ${width} x ${height}, ${most} is the most`);
     const [internal, format] = (
       [[gl.R32F, gl.RED], [gl.RG32F, gl.RG], [gl.RGB32F, gl.RGB], [gl.RGBA32F, gl.RGBA]] as const
     )[channels - 1];
-    gl.activeTexture(gl.TEXTURE0 + [...this.textures.keys()].indexOf(name));
+    gl.activeTexture(gl.TEXTURE0 + SAMPLERS.indexOf(name));
     gl.bindTexture(gl.TEXTURE_2D, this.textures.get(name) as WebGLTexture);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
     const kind = `${width} ${height} ${channels}`;
@@ -230,10 +238,10 @@ class GlPainter implements Painter {
 
   private fillDraft({ rows, columns, texels, axes }: Draft): void {
     const gl = this.gl;
-    gl.activeTexture(gl.TEXTURE0 + [...this.textures.keys()].indexOf("draft"));
+    gl.activeTexture(gl.TEXTURE0 + SAMPLERS.indexOf("draft"));
     gl.bindTexture(gl.TEXTURE_2D, this.textures.get("draft") as WebGLTexture);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32UI, columns, rows, 0, gl.RGBA_INTEGER, gl.UNSIGNED_INT, texels);
-    gl.uniform4f(this.place("draft_axes"), axes[0], 1 / axes[1], axes[2], 1 / axes[3]);
+    this.draftAxes = [axes[0], 1 / axes[1], axes[2], 1 / axes[3]];
   }
 
   /** Whether there is a draft of the table. It is made when first asked for: most pictures stand still. */
@@ -247,7 +255,6 @@ class GlPainter implements Painter {
   }
 
   setTable(table: Table): void {
-    const gl = this.gl;
     this.table = table;
     const { rows, columns, nodes } = table;
     const count = rows * columns;
@@ -260,13 +267,6 @@ class GlPainter implements Painter {
     }
     this.fill("values", columns, rows, 3, values);
     this.fill("slopes", columns, rows, 3, slopes);
-    gl.uniform2i(this.place("size"), columns, rows);
-    gl.uniform4f(this.place("axes"), table.first_nm, table.step_nm, table.first_deg, table.step_deg);
-    gl.uniform4f(this.place("limits"), ...table.range_nm, ...table.range_deg);
-    gl.uniform1f(this.place("inverse_square"), table.inverse_square);
-    gl.uniform3f(this.place("white"), ...table.white);
-    const [x, y, z] = table.white;
-    gl.uniform3f(this.place("over_white"), 1 / x, 1 / y, 1 / z);
   }
 
   setField(field: Field): void {
@@ -289,14 +289,24 @@ class GlPainter implements Painter {
   }
 
   private run(look: Look, answer: boolean): void {
-    const gl = this.gl;
+    const { gl, table } = this;
     const geometry = this.geometry as Geometry;
-    const m = look.rgb_from_xyz;
-    gl.uniform4i(this.place("kind"), +geometry.field, +geometry.repeats, +geometry.passes, +answer);
-    gl.uniform1i(this.place("flip"), answer ? 0 : 1);
-    gl.uniformMatrix3fv(this.place("rgb_from_xyz"), true, Float32Array.from(m));
-    gl.uniform1f(this.place("exposure"), look.exposure);
-    gl.uniform1i(this.place("drafting"), +(look.moving && this.draftReady()));
+    if (!table) return;
+    const asked: Record<Way, boolean> = {
+      FIELD: geometry.field, REPEATS: geometry.repeats, PASSES: geometry.passes, DRAFT: look.moving && this.draftReady(), ANSWER: answer,
+    };
+    const program = this.program(WAYS.filter((way) => asked[way]));
+    program.use();
+    gl.uniform2i(program.place("size"), table.columns, table.rows);
+    gl.uniform4f(program.place("axes"), table.first_nm, table.step_nm, table.first_deg, table.step_deg);
+    gl.uniform4f(program.place("limits"), ...table.range_nm, ...table.range_deg);
+    gl.uniform1f(program.place("inverse_square"), table.inverse_square);
+    const [x, y, z] = table.white;
+    gl.uniform3f(program.place("white"), x, y, z);
+    gl.uniform3f(program.place("over_white"), 1 / x, 1 / y, 1 / z);
+    gl.uniform4f(program.place("draft_axes"), ...this.draftAxes);
+    gl.uniformMatrix3fv(program.place("rgb_from_xyz"), true, Float32Array.from(look.rgb_from_xyz));
+    gl.uniform1f(program.place("exposure"), look.exposure);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
@@ -329,17 +339,43 @@ class GlPainter implements Painter {
   dispose(): void {
     this.canvas.removeEventListener("webglcontextlost", this.lost);
     for (const texture of this.textures.values()) this.gl.deleteTexture(texture);
+    for (const program of this.programs.values()) program.dispose();
+  }
+}
+
+/** The shader, compiled for some ways of drawing. */
+class Program {
+  private readonly program: WebGLProgram;
+  private readonly places = new Map<string, WebGLUniformLocation | null>();
+
+  constructor(private readonly gl: WebGL2RenderingContext, ways: readonly Way[]) {
+    this.program = link(gl, fragment(ways));
+    gl.useProgram(this.program);
+    SAMPLERS.forEach((name, unit) => gl.uniform1i(this.place(name), unit));
+  }
+
+  use(): void {
+    this.gl.useProgram(this.program);
+  }
+
+  /** Where a uniform is; null: this program has no use for it, and it may be set in vain. */
+  place(name: string): WebGLUniformLocation | null {
+    if (!this.places.has(name)) this.places.set(name, this.gl.getUniformLocation(this.program, name));
+    return this.places.get(name) ?? null;
+  }
+
+  dispose(): void {
     this.gl.deleteProgram(this.program);
   }
 }
 
-function link(gl: WebGL2RenderingContext): WebGLProgram {
+function link(gl: WebGL2RenderingContext, source: string): WebGLProgram {
   const program = gl.createProgram();
   if (!program) throw new Error("no program");
-  for (const [kind, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]] as const) {
+  for (const [kind, text] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, source]] as const) {
     const shader = gl.createShader(kind);
     if (!shader) throw new Error("no shader");
-    gl.shaderSource(shader, source);
+    gl.shaderSource(shader, text);
     gl.compileShader(shader);
     if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader) ?? "a shader");
     gl.attachShader(program, shader);

@@ -1,5 +1,18 @@
 // The one shader: thickness from the field, colour from the table (as look-up.ts, its twin), walls put together,
 // exposure, hue-keeping gamut map, sRGB curve. It knows no film formula.
+//
+// It is compiled for what a picture asks of it. A processor that shades pixels side by side works out both ways of every branch
+// and keeps one, so that a picture would pay for all that any picture may need.
+
+/** What a picture may ask for; each is a name that the shader is compiled with or without. */
+export const WAYS = [
+  "FIELD", // walls hold places in a field of thickness, not thicknesses
+  "REPEATS", // the field repeats downwards
+  "PASSES", // the front wall lets light pass: there is one behind
+  "DRAFT", // colours from the draft
+  "ANSWER", // X, Y, Z instead of what a screen shows, the first row first
+] as const;
+export type Way = (typeof WAYS)[number];
 
 export const VERTEX = `#version 300 es
 void main() {
@@ -7,8 +20,11 @@ void main() {
   gl_Position = vec4(corner, 0.0, 1.0);
 }`;
 
-export const FRAGMENT = `#version 300 es
-precision highp float;
+export function fragment(ways: readonly Way[]): string {
+  return `#version 300 es\n${ways.map((way) => `#define ${way}\n`).join("")}${FRAGMENT}`;
+}
+
+const FRAGMENT = `precision highp float;
 precision highp int;
 precision highp sampler2D;
 uniform sampler2D front;    // place, angle in degrees (< 0: none), radiance
@@ -19,26 +35,27 @@ uniform sampler2D values;   // X, Y, Z at the nodes of the table
 uniform sampler2D slopes;
 uniform highp usampler2D draft; // for what moves: X, Y, Z of a node and of the next as six halves
 uniform vec4 draft_axes;    // first reduced thickness, 1 / step; first angle, 1 / step
-uniform bool drafting;
 uniform ivec2 size;         // of the table: columns, rows
 uniform vec4 axes;          // first reduced thickness, step; first angle, step
 uniform vec4 limits;        // thickness from, to; angle from, to
 uniform float inverse_square;
 uniform vec3 white;
 uniform vec3 over_white;    // 1 / white
-uniform bvec4 kind;         // walls hold places; the field repeats downwards; walls let light pass; answer X, Y, Z
 uniform mat3 rgb_from_xyz;
 uniform float exposure;
-uniform bool flip;          // the first row of the pixels is at the bottom of the screen
 out vec4 color;
 
 // One texel a place: fetches are most of what a picture costs where there is no graphics device.
 float thickness_at(vec2 place) {
   ivec2 cells = textureSize(field, 0);
   place.x = fract(place.x);
-  if (kind.y) place.y = fract(place.y);
+#ifdef REPEATS
+  place.y = fract(place.y);
+#endif
   vec2 p = place * vec2(cells) - 0.5;
-  if (!kind.y) p.y = clamp(p.y, 0.0, float(cells.y - 1));
+#ifndef REPEATS
+  p.y = clamp(p.y, 0.0, float(cells.y - 1));
+#endif
   vec2 low = floor(p);
   vec2 f = p - low;
   ivec2 cell = ivec2(low);
@@ -62,14 +79,14 @@ float sin_squared(float degrees) {
 vec3 film(float nm, float degrees) {
   float angle = clamp(degrees, limits.z, limits.w);
   float v = clamp(nm, limits.x, limits.y) * sqrt(1.0 - sin_squared(angle) * inverse_square);
-  if (drafting) {
-    ivec2 last = textureSize(draft, 0) - 1;
-    float p = clamp((v - draft_axes.x) * draft_axes.y, 0.0, float(last.x));
-    float low = floor(p);
-    uvec4 six = texelFetch(draft, ivec2(int(low), min(int((angle - draft_axes.z) * draft_axes.w + 0.5), last.y)), 0);
-    vec2 middle = unpackHalf2x16(six.y);
-    return mix(vec3(unpackHalf2x16(six.x), middle.x), vec3(middle.y, unpackHalf2x16(six.z)), p - low);
-  }
+#ifdef DRAFT
+  ivec2 last = textureSize(draft, 0) - 1;
+  float p = clamp((v - draft_axes.x) * draft_axes.y, 0.0, float(last.x));
+  float low = floor(p);
+  uvec4 six = texelFetch(draft, ivec2(int(low), min(int((angle - draft_axes.z) * draft_axes.w + 0.5), last.y)), 0);
+  vec2 middle = unpackHalf2x16(six.y);
+  return mix(vec3(unpackHalf2x16(six.x), middle.x), vec3(middle.y, unpackHalf2x16(six.z)), p - low);
+#else
   float p = max((v - axes.x) / axes.y, 0.0);
   int column = int(min(floor(p), float(size.x - 2)));
   float f = p - float(column);
@@ -93,10 +110,15 @@ vec3 film(float nm, float degrees) {
       + along.z * texelFetch(values, next, 0).xyz + along.w * texelFetch(slopes, next, 0).xyz);
   }
   return sum;
+#endif
 }
 
 vec3 wall(vec4 w) {
-  return film(kind.x ? thickness_at(w.xy) : w.x, w.z);
+#ifdef FIELD
+  return film(thickness_at(w.xy), w.z);
+#else
+  return film(w.x, w.z);
+#endif
 }
 
 // The sRGB curve of 0 to 1 to 0.01 of a step of eight bits, by roots: x^(1/2.4) itself takes a logarithm and a power.
@@ -110,29 +132,31 @@ vec3 curve(vec3 x) {
 
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
-  if (flip) pixel.y = textureSize(front, 0).y - 1 - pixel.y;
+#ifndef ANSWER
+  // The first row of the pixels is at the bottom of the screen.
+  pixel.y = textureSize(front, 0).y - 1 - pixel.y;
+#endif
   vec4 near = texelFetch(front, pixel, 0);
   vec2 rest = texelFetch(behind, pixel, 0).xy;
   vec3 xyz = white * rest.x;
   if (near.z >= 0.0) {
     vec3 mirrored = wall(near);
     vec3 seen = mirrored * near.w;
-    if (kind.z) {
-      vec3 through = 1.0 - mirrored * over_white;
-      vec4 far = texelFetch(back, pixel, 0);
-      vec3 beyond = white * rest.x;
-      if (far.z >= 0.0) {
-        vec3 inner = wall(far);
-        beyond = beyond * (1.0 - inner * over_white) + inner * through * far.w;
-      }
-      seen += beyond * through;
+#ifdef PASSES
+    vec3 through = 1.0 - mirrored * over_white;
+    vec4 far = texelFetch(back, pixel, 0);
+    vec3 beyond = white * rest.x;
+    if (far.z >= 0.0) {
+      vec3 inner = wall(far);
+      beyond = beyond * (1.0 - inner * over_white) + inner * through * far.w;
     }
+    seen += beyond * through;
+#endif
     xyz = mix(xyz, seen, rest.y);
   }
-  if (kind.w) {
-    color = vec4(xyz, 1.0);
-    return;
-  }
+#ifdef ANSWER
+  color = vec4(xyz, 1.0);
+#else
   vec3 rgb = rgb_from_xyz * xyz * exposure;
   float luminance = clamp(xyz.y * exposure, 0.0, 1.0);
   // Towards the grey of the same luminance until all fit: hue stays.
@@ -142,4 +166,5 @@ void main() {
   if (most > 1.0) rgb = luminance + (rgb - luminance) * (1.0 - luminance) / max(most - luminance, 1e-9);
   rgb = clamp(rgb, 0.0, 1.0);
   color = vec4(curve(rgb), 1.0);
+#endif
 }`;
