@@ -1120,13 +1120,23 @@ function lt(e) {
 	return t < 947912704 ? 0 : t - 939524096 >> 13;
 }
 // src/draw/shader.ts
-var ut = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);\n  gl_Position = vec4(corner, 0.0, 1.0);\n}", dt = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2D;\nuniform sampler2D front;    // place, angle in degrees (< 0: none), radiance\nuniform sampler2D back;\nuniform sampler2D behind;   // radiance, share covered by film\nuniform sampler2D field;    // thickness in nm of a cell, the one after it, the one below, the one below and after\nuniform sampler2D values;   // X, Y, Z at the nodes of the table\nuniform sampler2D slopes;\nuniform highp usampler2D draft; // for what moves: X, Y, Z of a node and of the next as six halves\nuniform vec4 draft_axes;    // first reduced thickness, 1 / step; first angle, 1 / step\nuniform bool drafting;\nuniform ivec2 size;         // of the table: columns, rows\nuniform vec4 axes;          // first reduced thickness, step; first angle, step\nuniform vec4 limits;        // thickness from, to; angle from, to\nuniform float inverse_square;\nuniform vec3 white;\nuniform vec3 over_white;    // 1 / white\nuniform bvec4 kind;         // walls hold places; the field repeats downwards; walls let light pass; answer X, Y, Z\nuniform mat3 rgb_from_xyz;\nuniform float exposure;\nuniform bool flip;          // the first row of the pixels is at the bottom of the screen\nout vec4 color;\n\n// One texel a place: fetches are most of what a picture costs where there is no graphics device.\nfloat thickness_at(vec2 place) {\n  ivec2 cells = textureSize(field, 0);\n  place.x = fract(place.x);\n  if (kind.y) place.y = fract(place.y);\n  vec2 p = place * vec2(cells) - 0.5;\n  if (!kind.y) p.y = clamp(p.y, 0.0, float(cells.y - 1));\n  vec2 low = floor(p);\n  vec2 f = p - low;\n  ivec2 cell = ivec2(low);\n  if (cell.x < 0) cell.x += cells.x;\n  if (cell.y < 0) cell.y += cells.y;\n  vec4 corners = texelFetch(field, cell, 0);\n  vec2 rows = mix(corners.xz, corners.yw, f.x);\n  return mix(rows.x, rows.y, f.y);\n}\n\n// sin^2 of an angle in degrees from 0 to 90, by a polynomial: what a driver's own sine is worth is not said anywhere.\nfloat sin_squared(float degrees) {\n  float x = degrees * 0.017453292519943295;\n  bool large = x > 0.7853981633974483;\n  if (large) x = 1.5707963267948966 - x;\n  float y = x * x;\n  float s = x * (1.0 + y * (-0.16666666667 + y * (0.00833333333 + y * (-0.000198412698 + y * 2.7557319e-6))));\n  return large ? 1.0 - s * s : s * s;\n}\n\nvec3 film(float nm, float degrees) {\n  float angle = clamp(degrees, limits.z, limits.w);\n  float v = clamp(nm, limits.x, limits.y) * sqrt(1.0 - sin_squared(angle) * inverse_square);\n  if (drafting) {\n    ivec2 last = textureSize(draft, 0) - 1;\n    float p = clamp((v - draft_axes.x) * draft_axes.y, 0.0, float(last.x));\n    float low = floor(p);\n    uvec4 six = texelFetch(draft, ivec2(int(low), min(int((angle - draft_axes.z) * draft_axes.w + 0.5), last.y)), 0);\n    vec2 middle = unpackHalf2x16(six.y);\n    return mix(vec3(unpackHalf2x16(six.x), middle.x), vec3(middle.y, unpackHalf2x16(six.z)), p - low);\n  }\n  float p = max((v - axes.x) / axes.y, 0.0);\n  int column = int(min(floor(p), float(size.x - 2)));\n  float f = p - float(column);\n  float g = 1.0 - f;\n  vec4 along = vec4((f * 2.0 + 1.0) * g * g, f * g * g, f * f * (3.0 - 2.0 * f), -(f * f * g));\n  int row = 0;\n  vec4 across = vec4(1.0, 0.0, 0.0, 0.0);\n  if (size.y > 1) {\n    float y = (angle - axes.z) / axes.w;\n    row = int(clamp(floor(y) - 1.0, 0.0, float(size.y - 4)));\n    float a = y - float(row);\n    float b = a - 1.0, c = a - 2.0, d = a - 3.0;\n    across = vec4(b * c * d / -6.0, a * c * d / 2.0, a * b * d / -2.0, a * b * c / 6.0);\n  }\n  vec3 sum = vec3(0.0);\n  int rows = size.y > 1 ? 4 : 1;\n  for (int k = 0; k < rows; k++) {\n    ivec2 here = ivec2(column, row + k);\n    ivec2 next = here + ivec2(1, 0);\n    sum += across[k] * (along.x * texelFetch(values, here, 0).xyz + along.y * texelFetch(slopes, here, 0).xyz\n      + along.z * texelFetch(values, next, 0).xyz + along.w * texelFetch(slopes, next, 0).xyz);\n  }\n  return sum;\n}\n\nvec3 wall(vec4 w) {\n  return film(kind.x ? thickness_at(w.xy) : w.x, w.z);\n}\n\n// The sRGB curve of 0 to 1 to 0.01 of a step of eight bits, by roots: x^(1/2.4) itself takes a logarithm and a power.\n// The numbers are a least-squares fit of 1.055 x^(1/2.4) - 0.055 over 0.0031308 to 1, its largest error weighed down.\nvec3 curve(vec3 x) {\n  vec3 s = sqrt(x);\n  vec3 q = sqrt(s);\n  vec3 high = 0.6539859249 * s + 0.6887108621 * q - 0.3184722845 * sqrt(q) - 0.0201880726 * x - 0.0040677372;\n  return mix(high, 12.92 * x, vec3(lessThanEqual(x, vec3(0.0031308))));\n}\n\nvoid main() {\n  ivec2 pixel = ivec2(gl_FragCoord.xy);\n  if (flip) pixel.y = textureSize(front, 0).y - 1 - pixel.y;\n  vec4 near = texelFetch(front, pixel, 0);\n  vec2 rest = texelFetch(behind, pixel, 0).xy;\n  vec3 xyz = white * rest.x;\n  if (near.z >= 0.0) {\n    vec3 mirrored = wall(near);\n    vec3 seen = mirrored * near.w;\n    if (kind.z) {\n      vec3 through = 1.0 - mirrored * over_white;\n      vec4 far = texelFetch(back, pixel, 0);\n      vec3 beyond = white * rest.x;\n      if (far.z >= 0.0) {\n        vec3 inner = wall(far);\n        beyond = beyond * (1.0 - inner * over_white) + inner * through * far.w;\n      }\n      seen += beyond * through;\n    }\n    xyz = mix(xyz, seen, rest.y);\n  }\n  if (kind.w) {\n    color = vec4(xyz, 1.0);\n    return;\n  }\n  vec3 rgb = rgb_from_xyz * xyz * exposure;\n  float luminance = clamp(xyz.y * exposure, 0.0, 1.0);\n  // Towards the grey of the same luminance until all fit: hue stays.\n  float least = min(rgb.x, min(rgb.y, rgb.z));\n  if (least < 0.0) rgb = luminance + (rgb - luminance) * luminance / max(luminance - least, 1e-9);\n  float most = max(rgb.x, max(rgb.y, rgb.z));\n  if (most > 1.0) rgb = luminance + (rgb - luminance) * (1.0 - luminance) / max(most - luminance, 1e-9);\n  rgb = clamp(rgb, 0.0, 1.0);\n  color = vec4(curve(rgb), 1.0);\n}", ft = {
+var ut = [
+	"FIELD",
+	"REPEATS",
+	"PASSES",
+	"DRAFT",
+	"ANSWER"
+], dt = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);\n  gl_Position = vec4(corner, 0.0, 1.0);\n}";
+function ft(e) {
+	return `#version 300 es\n${e.map((e) => `#define ${e}\n`).join("")}${pt}`;
+}
+var pt = "precision highp float;\nprecision highp int;\nprecision highp sampler2D;\nuniform sampler2D front;    // place, angle in degrees (< 0: none), radiance\nuniform sampler2D back;\nuniform sampler2D behind;   // radiance, share covered by film\nuniform sampler2D field;    // thickness in nm of a cell, the one after it, the one below, the one below and after\nuniform sampler2D values;   // X, Y, Z at the nodes of the table\nuniform sampler2D slopes;\nuniform highp usampler2D draft; // for what moves: X, Y, Z of a node and of the next as six halves\nuniform vec4 draft_axes;    // first reduced thickness, 1 / step; first angle, 1 / step\nuniform ivec2 size;         // of the table: columns, rows\nuniform vec4 axes;          // first reduced thickness, step; first angle, step\nuniform vec4 limits;        // thickness from, to; angle from, to\nuniform float inverse_square;\nuniform vec3 white;\nuniform vec3 over_white;    // 1 / white\nuniform mat3 rgb_from_xyz;\nuniform float exposure;\nout vec4 color;\n\n// One texel a place: fetches are most of what a picture costs where there is no graphics device.\nfloat thickness_at(vec2 place) {\n  ivec2 cells = textureSize(field, 0);\n  place.x = fract(place.x);\n#ifdef REPEATS\n  place.y = fract(place.y);\n#endif\n  vec2 p = place * vec2(cells) - 0.5;\n#ifndef REPEATS\n  p.y = clamp(p.y, 0.0, float(cells.y - 1));\n#endif\n  vec2 low = floor(p);\n  vec2 f = p - low;\n  ivec2 cell = ivec2(low);\n  if (cell.x < 0) cell.x += cells.x;\n  if (cell.y < 0) cell.y += cells.y;\n  vec4 corners = texelFetch(field, cell, 0);\n  vec2 rows = mix(corners.xz, corners.yw, f.x);\n  return mix(rows.x, rows.y, f.y);\n}\n\n// sin^2 of an angle in degrees from 0 to 90, by a polynomial: what a driver's own sine is worth is not said anywhere.\nfloat sin_squared(float degrees) {\n  float x = degrees * 0.017453292519943295;\n  bool large = x > 0.7853981633974483;\n  if (large) x = 1.5707963267948966 - x;\n  float y = x * x;\n  float s = x * (1.0 + y * (-0.16666666667 + y * (0.00833333333 + y * (-0.000198412698 + y * 2.7557319e-6))));\n  return large ? 1.0 - s * s : s * s;\n}\n\nvec3 film(float nm, float degrees) {\n  float angle = clamp(degrees, limits.z, limits.w);\n  float v = clamp(nm, limits.x, limits.y) * sqrt(1.0 - sin_squared(angle) * inverse_square);\n#ifdef DRAFT\n  ivec2 last = textureSize(draft, 0) - 1;\n  float p = clamp((v - draft_axes.x) * draft_axes.y, 0.0, float(last.x));\n  float low = floor(p);\n  uvec4 six = texelFetch(draft, ivec2(int(low), min(int((angle - draft_axes.z) * draft_axes.w + 0.5), last.y)), 0);\n  vec2 middle = unpackHalf2x16(six.y);\n  return mix(vec3(unpackHalf2x16(six.x), middle.x), vec3(middle.y, unpackHalf2x16(six.z)), p - low);\n#else\n  float p = max((v - axes.x) / axes.y, 0.0);\n  int column = int(min(floor(p), float(size.x - 2)));\n  float f = p - float(column);\n  float g = 1.0 - f;\n  vec4 along = vec4((f * 2.0 + 1.0) * g * g, f * g * g, f * f * (3.0 - 2.0 * f), -(f * f * g));\n  int row = 0;\n  vec4 across = vec4(1.0, 0.0, 0.0, 0.0);\n  if (size.y > 1) {\n    float y = (angle - axes.z) / axes.w;\n    row = int(clamp(floor(y) - 1.0, 0.0, float(size.y - 4)));\n    float a = y - float(row);\n    float b = a - 1.0, c = a - 2.0, d = a - 3.0;\n    across = vec4(b * c * d / -6.0, a * c * d / 2.0, a * b * d / -2.0, a * b * c / 6.0);\n  }\n  vec3 sum = vec3(0.0);\n  int rows = size.y > 1 ? 4 : 1;\n  for (int k = 0; k < rows; k++) {\n    ivec2 here = ivec2(column, row + k);\n    ivec2 next = here + ivec2(1, 0);\n    sum += across[k] * (along.x * texelFetch(values, here, 0).xyz + along.y * texelFetch(slopes, here, 0).xyz\n      + along.z * texelFetch(values, next, 0).xyz + along.w * texelFetch(slopes, next, 0).xyz);\n  }\n  return sum;\n#endif\n}\n\nvec3 wall(vec4 w) {\n#ifdef FIELD\n  return film(thickness_at(w.xy), w.z);\n#else\n  return film(w.x, w.z);\n#endif\n}\n\n// The sRGB curve of 0 to 1 to 0.01 of a step of eight bits, by roots: x^(1/2.4) itself takes a logarithm and a power.\n// The numbers are a least-squares fit of 1.055 x^(1/2.4) - 0.055 over 0.0031308 to 1, its largest error weighed down.\nvec3 curve(vec3 x) {\n  vec3 s = sqrt(x);\n  vec3 q = sqrt(s);\n  vec3 high = 0.6539859249 * s + 0.6887108621 * q - 0.3184722845 * sqrt(q) - 0.0201880726 * x - 0.0040677372;\n  return mix(high, 12.92 * x, vec3(lessThanEqual(x, vec3(0.0031308))));\n}\n\nvoid main() {\n  ivec2 pixel = ivec2(gl_FragCoord.xy);\n#ifndef ANSWER\n  // The first row of the pixels is at the bottom of the screen.\n  pixel.y = textureSize(front, 0).y - 1 - pixel.y;\n#endif\n  vec4 near = texelFetch(front, pixel, 0);\n  vec2 rest = texelFetch(behind, pixel, 0).xy;\n  vec3 xyz = white * rest.x;\n  if (near.z >= 0.0) {\n    vec3 mirrored = wall(near);\n    vec3 seen = mirrored * near.w;\n#ifdef PASSES\n    vec3 through = 1.0 - mirrored * over_white;\n    vec4 far = texelFetch(back, pixel, 0);\n    vec3 beyond = white * rest.x;\n    if (far.z >= 0.0) {\n      vec3 inner = wall(far);\n      beyond = beyond * (1.0 - inner * over_white) + inner * through * far.w;\n    }\n    seen += beyond * through;\n#endif\n    xyz = mix(xyz, seen, rest.y);\n  }\n#ifdef ANSWER\n  color = vec4(xyz, 1.0);\n#else\n  vec3 rgb = rgb_from_xyz * xyz * exposure;\n  float luminance = clamp(xyz.y * exposure, 0.0, 1.0);\n  // Towards the grey of the same luminance until all fit: hue stays.\n  float least = min(rgb.x, min(rgb.y, rgb.z));\n  if (least < 0.0) rgb = luminance + (rgb - luminance) * luminance / max(luminance - least, 1e-9);\n  float most = max(rgb.x, max(rgb.y, rgb.z));\n  if (most > 1.0) rgb = luminance + (rgb - luminance) * (1.0 - luminance) / max(most - luminance, 1e-9);\n  rgb = clamp(rgb, 0.0, 1.0);\n  color = vec4(curve(rgb), 1.0);\n#endif\n}", mt = {
 	columns: 1,
 	rows: 1,
 	thickness_nm: /* @__PURE__ */ new Float32Array(1)
-}, pt = class {
+}, ht = class {
 	constructor(e, t, n = !1) {
-		if (this.canvas = e, this.painter = null, this.drawn = "", this.geometry = null, this.table = null, this.field = ft, this.look = {
+		if (this.canvas = e, this.painter = null, this.drawn = "", this.geometry = null, this.table = null, this.field = mt, this.look = {
 			rgb_from_xyz: [
 				1,
 				0,
@@ -1140,11 +1150,11 @@ var ut = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 			],
 			exposure: 1,
 			moving: !1
-		}, n) this.painter = new xt(e);
+		}, n) this.painter = new Tt(e);
 		else try {
-			this.painter = new mt(e, t);
+			this.painter = new _t(e, t);
 		} catch (n) {
-			console.info(`WebGL2 cannot be used: ${n instanceof Error ? n.message : n}`), e.getContext("webgl2") ? queueMicrotask(t) : this.painter = new xt(e);
+			console.info(`WebGL2 cannot be used: ${n instanceof Error ? n.message : n}`), e.getContext("webgl2") ? queueMicrotask(t) : this.painter = new Tt(e);
 		}
 	}
 	get kind() {
@@ -1197,15 +1207,28 @@ var ut = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 		let { geometry: e, table: t } = this;
 		if (!e || !t) return [];
 		let n = [], r = /* @__PURE__ */ new Float32Array(3), i = e.width * e.height, a = Math.max(1, Math.floor(i / 4e3)) | 1;
-		for (let o = 0; o < i; o += a) e.front[o * 4 + 2] < 0 || (vt(e, t, this.field, o, r, 0), n.push(r[1]));
+		for (let o = 0; o < i; o += a) e.front[o * 4 + 2] < 0 || (St(e, t, this.field, o, r, 0), n.push(r[1]));
 		return n.sort((e, t) => e - t);
 	}
 	dispose() {
 		this.painter?.dispose();
 	}
-}, mt = class {
+}, gt = [
+	"front",
+	"back",
+	"behind",
+	"field",
+	"values",
+	"slopes",
+	"draft"
+], _t = class {
 	constructor(e, t) {
-		this.canvas = e, this.kind = "webgl2", this.textures = /* @__PURE__ */ new Map(), this.held = /* @__PURE__ */ new Map(), this.corners = /* @__PURE__ */ new Float32Array(), this.places = /* @__PURE__ */ new Map(), this.geometry = null, this.table = null, this.drafted = null, this.hasDraft = !1;
+		this.canvas = e, this.kind = "webgl2", this.programs = /* @__PURE__ */ new Map(), this.textures = /* @__PURE__ */ new Map(), this.held = /* @__PURE__ */ new Map(), this.corners = /* @__PURE__ */ new Float32Array(), this.geometry = null, this.table = null, this.drafted = null, this.hasDraft = !1, this.draftAxes = [
+			0,
+			1,
+			0,
+			1
+		];
 		let n = e.getContext("webgl2", {
 			antialias: !1,
 			alpha: !1,
@@ -1215,36 +1238,19 @@ var ut = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 		if (!n) throw Error("no WebGL2 here");
 		this.gl = n;
 		let r = n.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? n.RENDERER;
-		this.software = /swiftshader|llvmpipe|softpipe|basic render/i.test(String(n.getParameter(r))), this.program = ht(n), n.useProgram(this.program), [
-			"front",
-			"back",
-			"behind",
-			"field",
-			"values",
-			"slopes",
-			"draft"
-		].forEach((e, t) => {
+		this.software = /swiftshader|llvmpipe|softpipe|basic render/i.test(String(n.getParameter(r))), this.program([]), gt.forEach((e, t) => {
 			let r = n.createTexture();
 			if (!r) throw Error("no texture");
 			n.activeTexture(n.TEXTURE0 + t), n.bindTexture(n.TEXTURE_2D, r);
 			for (let e of [n.TEXTURE_MIN_FILTER, n.TEXTURE_MAG_FILTER]) n.texParameteri(n.TEXTURE_2D, e, n.NEAREST);
-			n.uniform1i(this.place(e), t), this.textures.set(e, r);
-		}), this.setField(ft), this.fillDraft({
-			rows: 1,
-			columns: 1,
-			texels: /* @__PURE__ */ new Uint32Array(4),
-			axes: [
-				0,
-				1,
-				0,
-				1
-			]
-		}), this.lost = (e) => {
+			this.textures.set(e, r);
+		}), this.setField(mt), this.lost = (e) => {
 			e.preventDefault(), t();
 		}, e.addEventListener("webglcontextlost", this.lost);
 	}
-	place(e) {
-		return this.places.has(e) || this.places.set(e, this.gl.getUniformLocation(this.program, e)), this.places.get(e) ?? null;
+	program(e) {
+		let t = e.join(" "), n = this.programs.get(t);
+		return n || (n = new vt(this.gl, e), this.programs.set(t, n)), n;
 	}
 	fill(e, t, n, r, i) {
 		let a = this.gl, o = a.getParameter(a.MAX_TEXTURE_SIZE);
@@ -1255,7 +1261,7 @@ var ut = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 			[a.RGB32F, a.RGB],
 			[a.RGBA32F, a.RGBA]
 		][r - 1];
-		a.activeTexture(a.TEXTURE0 + [...this.textures.keys()].indexOf(e)), a.bindTexture(a.TEXTURE_2D, this.textures.get(e)), a.pixelStorei(a.UNPACK_ALIGNMENT, 4);
+		a.activeTexture(a.TEXTURE0 + gt.indexOf(e)), a.bindTexture(a.TEXTURE_2D, this.textures.get(e)), a.pixelStorei(a.UNPACK_ALIGNMENT, 4);
 		let l = `${t} ${n} ${r}`;
 		this.held.get(e) === l ? a.texSubImage2D(a.TEXTURE_2D, 0, 0, 0, t, n, c, a.FLOAT, i) : a.texImage2D(a.TEXTURE_2D, 0, s, t, n, 0, c, a.FLOAT, i), this.held.set(e, l);
 	}
@@ -1265,7 +1271,12 @@ var ut = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 	}
 	fillDraft({ rows: e, columns: t, texels: n, axes: r }) {
 		let i = this.gl;
-		i.activeTexture(i.TEXTURE0 + [...this.textures.keys()].indexOf("draft")), i.bindTexture(i.TEXTURE_2D, this.textures.get("draft")), i.texImage2D(i.TEXTURE_2D, 0, i.RGBA32UI, t, e, 0, i.RGBA_INTEGER, i.UNSIGNED_INT, n), i.uniform4f(this.place("draft_axes"), r[0], 1 / r[1], r[2], 1 / r[3]);
+		i.activeTexture(i.TEXTURE0 + gt.indexOf("draft")), i.bindTexture(i.TEXTURE_2D, this.textures.get("draft")), i.texImage2D(i.TEXTURE_2D, 0, i.RGBA32UI, t, e, 0, i.RGBA_INTEGER, i.UNSIGNED_INT, n), this.draftAxes = [
+			r[0],
+			1 / r[1],
+			r[2],
+			1 / r[3]
+		];
 	}
 	draftReady() {
 		if (this.drafted === this.table || !this.table) return this.hasDraft;
@@ -1274,13 +1285,10 @@ var ut = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 		return this.hasDraft = !!e, e && this.fillDraft(e), this.hasDraft;
 	}
 	setTable(e) {
-		let t = this.gl;
 		this.table = e;
-		let { rows: n, columns: r, nodes: i } = e, a = n * r, [o, s] = [new Float32Array(a * 3), new Float32Array(a * 3)];
-		for (let e = 0; e < a; e++) for (let t = 0; t < 3; t++) o[3 * e + t] = i[6 * e + t], s[3 * e + t] = i[6 * e + 3 + t];
-		this.fill("values", r, n, 3, o), this.fill("slopes", r, n, 3, s), t.uniform2i(this.place("size"), r, n), t.uniform4f(this.place("axes"), e.first_nm, e.step_nm, e.first_deg, e.step_deg), t.uniform4f(this.place("limits"), ...e.range_nm, ...e.range_deg), t.uniform1f(this.place("inverse_square"), e.inverse_square), t.uniform3f(this.place("white"), ...e.white);
-		let [c, l, u] = e.white;
-		t.uniform3f(this.place("over_white"), 1 / c, 1 / l, 1 / u);
+		let { rows: t, columns: n, nodes: r } = e, i = t * n, [a, o] = [new Float32Array(i * 3), new Float32Array(i * 3)];
+		for (let e = 0; e < i; e++) for (let t = 0; t < 3; t++) a[3 * e + t] = r[6 * e + t], o[3 * e + t] = r[6 * e + 3 + t];
+		this.fill("values", n, t, 3, a), this.fill("slopes", n, t, 3, o);
 	}
 	setField(e) {
 		let { columns: t, rows: n, thickness_nm: r } = e;
@@ -1296,8 +1304,18 @@ var ut = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 		this.fill("field", t, n, 4, i);
 	}
 	run(e, t) {
-		let n = this.gl, r = this.geometry, i = e.rgb_from_xyz;
-		n.uniform4i(this.place("kind"), +r.field, +r.repeats, +r.passes, +t), n.uniform1i(this.place("flip"), +!t), n.uniformMatrix3fv(this.place("rgb_from_xyz"), !0, Float32Array.from(i)), n.uniform1f(this.place("exposure"), e.exposure), n.uniform1i(this.place("drafting"), +(e.moving && this.draftReady())), n.drawArrays(n.TRIANGLES, 0, 3);
+		let { gl: n, table: r } = this, i = this.geometry;
+		if (!r) return;
+		let a = {
+			FIELD: i.field,
+			REPEATS: i.repeats,
+			PASSES: i.passes,
+			DRAFT: e.moving && this.draftReady(),
+			ANSWER: t
+		}, o = this.program(ut.filter((e) => a[e]));
+		o.use(), n.uniform2i(o.place("size"), r.columns, r.rows), n.uniform4f(o.place("axes"), r.first_nm, r.step_nm, r.first_deg, r.step_deg), n.uniform4f(o.place("limits"), ...r.range_nm, ...r.range_deg), n.uniform1f(o.place("inverse_square"), r.inverse_square);
+		let [s, c, l] = r.white;
+		n.uniform3f(o.place("white"), s, c, l), n.uniform3f(o.place("over_white"), 1 / s, 1 / c, 1 / l), n.uniform4f(o.place("draft_axes"), ...this.draftAxes), n.uniformMatrix3fv(o.place("rgb_from_xyz"), !0, Float32Array.from(e.rgb_from_xyz)), n.uniform1f(o.place("exposure"), e.exposure), n.drawArrays(n.TRIANGLES, 0, 3);
 	}
 	draw(e) {
 		this.geometry && this.run(e, !1);
@@ -1330,42 +1348,55 @@ var ut = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 
 	dispose() {
 		this.canvas.removeEventListener("webglcontextlost", this.lost);
 		for (let e of this.textures.values()) this.gl.deleteTexture(e);
+		for (let e of this.programs.values()) e.dispose();
+	}
+}, vt = class {
+	constructor(e, t) {
+		this.gl = e, this.places = /* @__PURE__ */ new Map(), this.program = yt(e, ft(t)), e.useProgram(this.program), gt.forEach((t, n) => e.uniform1i(this.place(t), n));
+	}
+	use() {
+		this.gl.useProgram(this.program);
+	}
+	place(e) {
+		return this.places.has(e) || this.places.set(e, this.gl.getUniformLocation(this.program, e)), this.places.get(e) ?? null;
+	}
+	dispose() {
 		this.gl.deleteProgram(this.program);
 	}
 };
-function ht(e) {
-	let t = e.createProgram();
-	if (!t) throw Error("no program");
-	for (let [n, r] of [[e.VERTEX_SHADER, ut], [e.FRAGMENT_SHADER, dt]]) {
-		let i = e.createShader(n);
-		if (!i) throw Error("no shader");
-		if (e.shaderSource(i, r), e.compileShader(i), !e.getShaderParameter(i, e.COMPILE_STATUS)) throw Error(e.getShaderInfoLog(i) ?? "a shader");
-		e.attachShader(t, i);
+function yt(e, t) {
+	let n = e.createProgram();
+	if (!n) throw Error("no program");
+	for (let [r, i] of [[e.VERTEX_SHADER, dt], [e.FRAGMENT_SHADER, t]]) {
+		let t = e.createShader(r);
+		if (!t) throw Error("no shader");
+		if (e.shaderSource(t, i), e.compileShader(t), !e.getShaderParameter(t, e.COMPILE_STATUS)) throw Error(e.getShaderInfoLog(t) ?? "a shader");
+		e.attachShader(n, t);
 	}
-	if (e.linkProgram(t), !e.getProgramParameter(t, e.LINK_STATUS)) throw Error(e.getProgramInfoLog(t) ?? "the program");
-	return t;
+	if (e.linkProgram(n), !e.getProgramParameter(n, e.LINK_STATUS)) throw Error(e.getProgramInfoLog(n) ?? "the program");
+	return n;
 }
-var gt = /* @__PURE__ */ new Float64Array(3), _t = /* @__PURE__ */ new Float64Array(3);
-function vt(e, t, n, r, i, a) {
+var bt = /* @__PURE__ */ new Float64Array(3), xt = /* @__PURE__ */ new Float64Array(3);
+function St(e, t, n, r, i, a) {
 	let { front: o, back: s, behind: c, passes: l } = e, u = r * 4, [d, f] = [c[2 * r], c[2 * r + 1]], p = o[u + 2] >= 0, m = p && l && s[u + 2] >= 0;
-	p && yt(e, t, n, o, u, gt), m && yt(e, t, n, s, u, _t);
+	p && Ct(e, t, n, o, u, bt), m && Ct(e, t, n, s, u, xt);
 	for (let e = 0; e < 3; e++) {
 		let n = t.white[e], r = n * d;
 		if (p) {
-			let t = gt[e] * o[u + 3];
+			let t = bt[e] * o[u + 3];
 			if (l) {
-				let r = 1 - gt[e] / n, i = n * d;
-				m && (i = i * (1 - _t[e] / n) + _t[e] * r * s[u + 3]), t += i * r;
+				let r = 1 - bt[e] / n, i = n * d;
+				m && (i = i * (1 - xt[e] / n) + xt[e] * r * s[u + 3]), t += i * r;
 			}
 			r += (t - r) * f;
 		}
 		i[a + e] = r;
 	}
 }
-function yt(e, t, n, r, i, a) {
+function Ct(e, t, n, r, i, a) {
 	Oe(t, e.field ? nt(n, r[i], r[i + 1], e.repeats) : r[i], r[i + 2], a, 0);
 }
-function bt(e, t, n, r, i, a) {
+function wt(e, t, n, r, i, a) {
 	let o = r.rgb_from_xyz, s = r.exposure, c = [
 		0,
 		3,
@@ -1376,9 +1407,9 @@ function bt(e, t, n, r, i, a) {
 		i[a + e] = 255 * (t <= .0031308 ? 12.92 * t : 1.055 * t ** (1 / 2.4) - .055);
 	}
 }
-var xt = class {
+var Tt = class {
 	constructor(e) {
-		this.kind = "canvas", this.software = !0, this.geometry = null, this.table = null, this.field = ft;
+		this.kind = "canvas", this.software = !0, this.geometry = null, this.table = null, this.field = mt;
 		let t = e.getContext("2d");
 		if (!t) throw Error("this browser has no canvas");
 		this.context = t;
@@ -1395,12 +1426,12 @@ var xt = class {
 	draw(e) {
 		if (!this.geometry || !this.table) return;
 		let { width: t, height: n } = this.geometry, r = this.context.createImageData(t, n), i = /* @__PURE__ */ new Float32Array(3);
-		for (let a = 0; a < t * n; a++) vt(this.geometry, this.table, this.field, a, i, 0), bt(i[0], i[1], i[2], e, r.data, 4 * a), r.data[4 * a + 3] = 255;
+		for (let a = 0; a < t * n; a++) St(this.geometry, this.table, this.field, a, i, 0), wt(i[0], i[1], i[2], e, r.data, 4 * a), r.data[4 * a + 3] = 255;
 		this.context.putImageData(r, 0, 0);
 	}
 	xyz() {
 		let e = this.geometry, t = e.width * e.height, n = new Float32Array(t * 3);
-		for (let r = 0; r < t; r++) vt(e, this.table, this.field, r, n, 3 * r);
+		for (let r = 0; r < t; r++) St(e, this.table, this.field, r, n, 3 * r);
 		return n;
 	}
 	dispose() {
@@ -1408,7 +1439,7 @@ var xt = class {
 	}
 };
 // src/text/strings.ts
-function St(e) {
+function Et(e) {
 	return [
 		"zeroth",
 		"first",
@@ -1536,7 +1567,7 @@ var Q = {
 	told: "formula",
 	measured: "measured",
 	reflectance: "reflectance",
-	order: (e) => `${St(e)} order`,
+	order: (e) => `${Et(e)} order`,
 	seen: (e, t, n, r) => `film ${e} nm at ${t} degrees: ${n}${r ? `, ${r}` : ""}`,
 	bubble_facts: (e, t, n, r) => `${e} s old; thickness ${n} to ${r} nm, mean ${t} nm`,
 	slick_seen: (e, t) => `oil from 20 to ${e} nm thick under ${t}`,
@@ -1593,7 +1624,7 @@ var Q = {
 	top: 10,
 	bottom: 30
 };
-function Ct(e) {
+function Dt(e) {
 	let t = 10 ** Math.floor(Math.log10(Math.max(e, 1e-4)));
 	return [
 		1,
@@ -1603,10 +1634,10 @@ function Ct(e) {
 		10
 	].map((e) => e * t).find((t) => t >= e) ?? e;
 }
-function wt(e, t, n) {
+function Ot(e, t, n) {
 	let [r, i] = [t[0], t[t.length - 1]], a = 0;
 	for (let e of n) for (let t = 0; t < e.values.length; t++) a = Math.max(a, e.values[t]);
-	let o = Ct(a), s = (e) => $.left + (e - r) / (i - r) * ($.width - $.left - $.right), c = (e) => $.height - $.bottom - e / o * ($.height - $.top - $.bottom), l = (e) => Array.from(e, (e, n) => `${n ? "L" : "M"}${s(t[n]).toFixed(1)} ${c(e).toFixed(1)}`).join(""), u = [
+	let o = Dt(a), s = (e) => $.left + (e - r) / (i - r) * ($.width - $.left - $.right), c = (e) => $.height - $.bottom - e / o * ($.height - $.top - $.bottom), l = (e) => Array.from(e, (e, n) => `${n ? "L" : "M"}${s(t[n]).toFixed(1)} ${c(e).toFixed(1)}`).join(""), u = [
 		400,
 		500,
 		600,
@@ -1623,7 +1654,7 @@ function wt(e, t, n) {
     <svg viewBox="0 0 ${$.width} ${$.height}" role="img" aria-label=${e}>
       <defs>
         <linearGradient id="rainbow">
-          ${Tt.map(([e, t]) => N`<stop offset=${(e - r) / (i - r)} stop-color=${t}></stop>`)}
+          ${kt.map(([e, t]) => N`<stop offset=${(e - r) / (i - r)} stop-color=${t}></stop>`)}
         </linearGradient>
       </defs>
       <rect x=${$.left} y=${$.height - $.bottom} width=${$.width - $.left - $.right} height="5" fill="url(#rainbow)"></rect>
@@ -1645,7 +1676,7 @@ function wt(e, t, n) {
     </details>
   </figure>`;
 }
-var Tt = [
+var kt = [
 	[390, "#2a0052"],
 	[430, "#3300cc"],
 	[470, "#0066ff"],
@@ -1656,12 +1687,12 @@ var Tt = [
 	[640, "#e60000"],
 	[700, "#8c0000"],
 	[770, "#2e0000"]
-], Et = 360, Dt = 60, Ot = 380, kt = 2;
-function At(e) {
+], At = 360, jt = 60, Mt = 380, Nt = 2;
+function Pt(e) {
 	return e instanceof DataView ? new Float32Array(e.buffer.slice(e.byteOffset, e.byteOffset + e.byteLength)) : /* @__PURE__ */ new Float32Array();
 }
-function jt(e) {
-	let t = e.get("_shape"), n = At(e.get("_nodes"));
+function Ft(e) {
+	let t = e.get("_shape"), n = Pt(e.get("_nodes"));
 	if (t.length < 8 || n.length !== t[0] * t[1] * 6) return null;
 	let [r, i, a, o, s, c, l, u] = [
 		t[0],
@@ -1693,27 +1724,27 @@ function jt(e) {
 		nodes: n
 	};
 }
-function Mt(e) {
+function It(e) {
 	return e.get("_matrix");
 }
-function Nt({ model: e, el: t }) {
+function Lt({ model: e, el: t }) {
 	let n = e.get("kind"), r = document.createElement("div");
 	r.className = "iridesce-widget", t.append(r);
 	let i = document.createElement("canvas");
-	i.width = i.height = Et, i.setAttribute("role", "img");
-	let a = new pt(i, () => d()), o = document.createElement("div"), s = document.createElement("div"), c = document.createElement("div");
+	i.width = i.height = At, i.setAttribute("role", "img");
+	let a = new ht(i, () => d()), o = document.createElement("div"), s = document.createElement("div"), c = document.createElement("div");
 	c.className = "iridesce-seen", c.append(a.canvas), r.append(c, o, s);
 	let l = () => {
-		let t = n === "film" ? Math.round(Et * 4 / 3) : Et, r = { ...Ue(n === "film" ? "film" : "bubble") };
+		let t = n === "film" ? Math.round(At * 4 / 3) : At, r = { ...Ue(n === "film" ? "film" : "bubble") };
 		n === "film" ? r.thickest_nm = e.get("_shape")[2] ?? 1200 : r.preset = "free-bubble-preview", a.setGeometry(tt({
 			width: t,
-			height: Et,
+			height: At,
 			state: r,
 			water: () => /* @__PURE__ */ new Float64Array(91)
 		}));
 	}, u = () => {
 		if (n !== "bubble") return;
-		let [t, r] = e.get("_field_size"), i = At(e.get("_field"));
+		let [t, r] = e.get("_field_size"), i = Pt(e.get("_field"));
 		if (i.length !== t * r) return;
 		let o = e.get("thickness_nm");
 		a.setField({
@@ -1725,12 +1756,12 @@ function Nt({ model: e, el: t }) {
 		a.canvas.parentElement !== c && c.prepend(a.canvas);
 		let t = a.luminances(), r = t[Math.floor(t.length * (n === "bubble" ? .96 : .995))] || 1;
 		a.look = {
-			rgb_from_xyz: Mt(e),
+			rgb_from_xyz: It(e),
 			moving: !1,
 			exposure: .82 / r
 		}, a.draw(), a.canvas.setAttribute("aria-label", String(e.get("_words")));
 	}, f, p = (t, n) => {
-		e.set(t, n), clearTimeout(f), f = setTimeout(() => e.save_changes(), Dt);
+		e.set(t, n), clearTimeout(f), f = setTimeout(() => e.save_changes(), jt);
 	}, m = () => {
 		let [t, r, i] = [
 			e.get("thickness_nm"),
@@ -1750,10 +1781,10 @@ function Nt({ model: e, el: t }) {
         <p><span class="iridesce-swatch"></span> ${e.get("_words")}</p>`, o);
 		let l = o.querySelector(".iridesce-swatch");
 		l && (l.style.backgroundColor = String(e.get("_srgb")));
-		let u = At(e.get("_spectrum"));
+		let u = Pt(e.get("_spectrum"));
 		if (u.length > 1) {
-			let t = Float64Array.from(u, (e, t) => Ot + kt * t);
-			we(wt(String(e.get("_words")), t, [{
+			let t = Float64Array.from(u, (e, t) => Mt + Nt * t);
+			we(Ot(String(e.get("_words")), t, [{
 				name: Q.reflectance,
 				kind: "first",
 				values: u
@@ -1776,7 +1807,7 @@ function Nt({ model: e, el: t }) {
 		}],
 		["change:_spectrum", m]
 	], g = () => {
-		let t = jt(e);
+		let t = Ft(e);
 		t && a.setTable(t), l();
 	};
 	g(), u(), d(), m();
@@ -1787,9 +1818,9 @@ function Nt({ model: e, el: t }) {
 		a.dispose(), r.remove();
 	};
 }
-function Pt(e, t, n) {
-	let r = jt(e), i = /* @__PURE__ */ new Float64Array(3);
+function Rt(e, t, n) {
+	let r = Ft(e), i = /* @__PURE__ */ new Float64Array(3);
 	return r && Oe(r, t, n, i, 0), Array.from(i);
 }
-var Ft = { render: Nt };
-export { Pt as colorAt, Ft as default };
+var zt = { render: Lt };
+export { Rt as colorAt, zt as default };
