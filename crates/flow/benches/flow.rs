@@ -8,17 +8,21 @@
 //! then its operations, at the rate of this run in vectors that stay in registers. docs/guide/living-films.md says more.
 //!
 //! `cargo bench -p iridesce-flow -- previews`: what a picture of a preview costs, on one thread as in a browser.
+//! `cargo bench -p iridesce-flow -- black`: what a step costs more where black film has a share of cells.
 
 use std::sync::OnceLock;
 use std::time::Instant;
 
 use iridesce_flow::{Film, PRESETS, Parameters};
+use iridesce_thickness::ThicknessMap;
 
 const SIZES: [(usize, usize); 3] = [(256, 60), (512, 30), (1024, 20)];
 const START_S: f64 = 0.1;
 const STEP_S: f64 = 5e-3;
 /// Of a preview.
 const PICTURES: u32 = 60;
+/// Of films with black film and without.
+const STEPS: u32 = 40;
 
 /// Seconds since the program first asked.
 fn clock() -> f64 {
@@ -156,7 +160,45 @@ fn previews() {
     }
 }
 
+/// `late` when a fifth of it is black, and the same stirred for a second: steps with the share of black film and, of a film that
+/// knows none, without it, in turn.
+fn black() {
+    println!("ms a step of 5 ms on one thread, the least of {STEPS}: without the share of black film, with it");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    pool.install(|| {
+        let still = Parameters { rupture_m: 0.0, ..Parameters::preset("late").expect("a preset") };
+        let windy = Parameters { wind: 0.1, eddies: 0.1, ..still.clone() };
+        let of = |film: &Film| {
+            let Parameters { columns, rows, .. } = *film.parameters();
+            ThicknessMap::new(columns, rows, film.thickness_nm()).expect("a map")
+        };
+        let mut film = Film::new(still.clone()).expect("a film");
+        film.advance_to(5.0).expect("it flows");
+        let mut stirred = Film::starting_from(windy.clone(), &of(&film)).expect("a film");
+        stirred.advance_to(1.0).expect("it flows");
+        for (name, parameters, map) in [("late", still, of(&film)), ("stirred", windy, of(&stirred))] {
+            let plain = Parameters { black_below_m: 0.0, black_m: 0.0, spots: 0.0, ..parameters.clone() };
+            let mut films = [plain, parameters].map(|p| Film::starting_from(p, &map).expect("a film"));
+            let mut best = [f64::INFINITY; 2];
+            for k in 1..=STEPS {
+                for (film, best) in films.iter_mut().zip(&mut best) {
+                    let start = clock();
+                    film.advance_to(f64::from(k) * STEP_S).expect("it flows");
+                    *best = best.min((clock() - start) * 1e3);
+                }
+            }
+            let [without, with] = best;
+            let share = films[1].summary().black_share;
+            assert_eq!(films.map(|film| film.black_share().is_some()), [false, true]);
+            println!("{name:<8} {share:.3} black: {without:.2}, {with:.2} ms: {:.2} times", with / without);
+        }
+    });
+}
+
 fn main() {
+    if std::env::args().any(|word| word == "black") {
+        return black();
+    }
     if std::env::args().any(|word| word == "previews") {
         return previews();
     }

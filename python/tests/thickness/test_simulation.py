@@ -262,7 +262,8 @@ def test_history_and_profiles_are_the_film_s_own(tmp_path: Path) -> None:
             assert last["black_share"] == pytest.approx(np.average(thin, weights=area), abs=1e-12)
         else:
             share = share[: len(thin)]
-            rest = 12.0 + (frame.thickness_nm - 12.0) / np.maximum(1.0 - share, 1e-300)
+            thinnest = film.parameters["black_nm"]
+            rest = thinnest + (frame.thickness_nm - thinnest) / np.maximum(1.0 - share, 1e-300)
             black = np.where((share < 1.0) & (rest < film.parameters["black_below_nm"]), 1.0, share)
             assert last["black_share"] == pytest.approx(np.average(black, weights=area), abs=1e-12)
         assert (last["min_nm"], last["max_nm"]) == pytest.approx((frame.thickness_nm.min(), frame.thickness_nm.max()))

@@ -48,12 +48,14 @@ fn told(film: &Film) -> [f64; 4] {
 
 fn told_of(columns: usize) {
     let mut film = stirred(columns);
-    println!("{columns} at first: {:.4?}", told(&film));
+    let start = told(&film);
+    println!("{columns} at first: {start:.4?}");
     for time_s in [0.25, 0.5, 1.0, 2.0] {
         film.advance_to(time_s).unwrap();
         let off = (film.volume() + film.state().books.gone()) / film.state().books.start - 1.0;
         let [least, most] = [film.summary().min_nm, film.summary().max_nm];
         println!("{columns} after {time_s} s: {:.4?}, booked to {off:.1e}, {least:.2} to {most:.1} nm", told(&film));
+        assert!((told(&film)[0] / start[0] - 1.0).abs() < 5e-3 && off.abs() < 1e-12, "{columns}");
     }
 }
 
@@ -162,29 +164,4 @@ fn film_below_the_threshold_turns_black_bit_by_bit() {
     assert!((phi - 1.0 + left).abs() < 1e-9 && (h - 12e-9 - 38e-9 * left).abs() < 1e-15);
     alone(|| film.advance_to(1.0)).unwrap();
     assert!(film.state().black.iter().all(|&phi| phi == 1.0));
-}
-
-/// What a step costs with a share of black film over that of the same film without: `late` when a sixth of it is black, and disks
-/// that wind has stirred all over a dome.
-#[test]
-#[ignore = "a measurement"]
-fn cost_of_the_share() {
-    let late = Parameters { rupture_m: 0.0, ..Parameters::preset("late").unwrap() };
-    for (name, mut film, time_s) in [("late", Film::new(late).unwrap(), 5.0), ("stirred", stirred(384), 1.0)] {
-        alone(|| film.advance_to(time_s)).unwrap();
-        let black = film.summary().black_share;
-        let p = Parameters { black_below_m: 0.0, black_m: 0.0, ..film.parameters().clone() };
-        let without = Film::from_state(p, State { black: Vec::new(), ..film.state().clone() });
-        let mut films = [without, film];
-        let mut best = [f64::MAX; 2];
-        for _ in 0..40 {
-            for (film, best) in films.iter_mut().zip(&mut best) {
-                let (start, time_s) = (std::time::Instant::now(), film.state().time_s);
-                alone(|| film.advance_to(time_s + 5e-3)).unwrap();
-                *best = best.min(start.elapsed().as_secs_f64() * 1e3);
-            }
-        }
-        let [a, b] = best;
-        println!("{name}, {black:.3} black: {a:.2} ms a step without, {b:.2} with: {:.2} times", b / a);
-    }
 }
