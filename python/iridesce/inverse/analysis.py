@@ -12,13 +12,13 @@ import numpy as np
 from iridesce.arguments.operands import Floats
 from iridesce.inverse.candidates import Search, model_of
 from iridesce.inverse.data import scatter, too_much, weights_of, without_lamp
+from iridesce.inverse.full import Full
 from iridesce.inverse.model import (
     HarmonicModel,
     Model,
     Problem,
     describe,
     harmonics,
-    quarter_wave_nm,
     uneven,
 )
 from iridesce.inverse.posterior import (
@@ -35,10 +35,11 @@ from iridesce.inverse.posterior import (
     together,
 )
 from iridesce.inverse.remarks import Known, remarks
-from iridesce.inverse.results import FitResult, Solution, apart, order_share
+from iridesce.inverse.results import FitResult, Solution, apart
 from iridesce.inverse.search import round_trip_rate, starts
 from iridesce.inverse.solve import Data, Fitted, Solver, student
 from iridesce.inverse.tolerances import Tolerances, by_index_off, widened, with_index_off
+from iridesce.inverse.verdict import FRINGES_OF_A_LAMP, Asked, verdict_of
 from iridesce.optics.averages import FWHM
 
 # Explanations whose probability is below this share of the best one's are not listed.
@@ -47,11 +48,6 @@ _LEAST_LIKELY = 1e-4
 _SMOOTH_LEFT = 1.5
 # The noise is at least this share of the largest value: below, it is the rounding of the models.
 _ROUNDING = 2e-6
-# One order holds the answer where it has this share of all probability.
-_CLEAR = 0.95
-# As many fringes a lamp of unknown course may imitate: no answer below them is clear unless its response is even or known.
-_FRINGES_OF_A_LAMP = 1.5
-_WORST_KAPPA = 10.0
 # Minima that are this much less likely, in units of the logarithm, are not looked at closely.
 _LOOK = 16.0
 _MOST_PEAKS = 12
@@ -88,10 +84,13 @@ class Analysis:
         line: float | None,
         bounds: Floats,
         notes: list[str],
+        full: tuple[Floats, Floats] | None = None,
     ) -> None:
         self.problem, self.data, self.sd, self.light = problem, data, sd, light
         self.line, self.bounds, self.notes = line, bounds, notes
         self.model: Model = model_of(problem, data.wavelength_nm)
+        # Channels that are full, and what they hold at least.
+        self.full = None if full is None else Full(full[0], full[1], model_of(problem, full[0]))
         self.unknown = len(problem.unknown)
         # Only where one thickness is all that is unknown does its posterior have one axis.
         self.single = self.unknown == 1 and problem.index_count == 0
@@ -242,13 +241,22 @@ class Analysis:
         rated = []
         for one, search in found:
             spectrum = self.model.value(one.parameters)
-            logs = engine.log_evidences(spectrum, engine.quick(spectrum))[0]
-            rated.append(_Found(one, search, log_sum(logs) + self._log_prior_of_line(one.parameters)))
+            films = engine.quick(spectrum)
+            logs = engine.log_evidences(spectrum, films)[0]
+            log_evidence = log_sum(logs) + self._log_prior_of_line(one.parameters)
+            log_evidence += self._log_full(engine, one.parameters, films.rows[int(logs.argmax())])
+            rated.append(_Found(one, search, log_evidence))
         return sorted(rated, key=lambda one: -one.log_evidence)
 
     def _log_prior_of_line(self, parameters: Floats) -> float:
         """Exponential; that of no line at all counts as 1."""
         return 0.0 if self.line is not None else -math.sqrt(max(float(parameters[-1]), 0.0)) / _MEAN_LINE_NM
+
+    def _log_full(self, engine: Engine, parameters: Floats, row: Floats) -> float:
+        """What full channels say of a film."""
+        if self.full is None:
+            return 0.0
+        return self.full.log_probability(engine, parameters, self.model.value(parameters), row)
 
     def _best_row(self, engine: Engine, parameters: Floats) -> Floats:
         spectrum = self.model.value(parameters)
@@ -278,7 +286,7 @@ class Analysis:
         off = with_index_off(self.problem, self.data.wavelength_nm, model, start)
         thickness = peak.thickness_nm
         turns = float(np.ptp(round_trip_rate(self.problem, self.data.wavelength_nm, 0))) / (2.0 * math.pi)
-        thin = thickness * turns < _FRINGES_OF_A_LAMP
+        thin = thickness * turns < FRINGES_OF_A_LAMP
         moved, per_percent = by_index_off(engine, off, peak, tolerances.index, bounds if thin else None, 0.02 / rate)
         by_nm = thickness * tolerances.of_wavelengths(self.problem, self.data.wavelength_nm, 0)
         said = math.hypot(moved if tolerances.stated else 0.0, by_nm if tolerances.stated_nm else 0.0)
@@ -295,7 +303,7 @@ class Analysis:
                 accuracy_nm=math.hypot(peak.sd_nm, usual),
                 accuracy_interval_nm=accurate,
             ),
-            peak.log_mass,
+            peak.log_mass + self._log_full(engine, parameters, peak.best),
             peak.at_end,
         )
 
@@ -371,6 +379,7 @@ class Analysis:
             for value, (low, high) in zip(thickness, self.bounds, strict=True)
         )
         best = films.rows[int(logs.argmax())]
+        mass += self._log_full(engine, fitted.parameters, best)
         several: Callable[[Any], Any] = (lambda values: values[0]) if self.unknown == 1 else tuple
         shown = several(thickness), several(intervals), several(deviations)
         told = replace(
@@ -457,7 +466,8 @@ class Analysis:
             if share >= _LEAST_LIKELY * best
         )
         rest = float(shares[2:].sum()) - sum(one.weight for one in solutions)
-        verdict = self._verdict(solutions, float(shares[0]), float(shares[1]), solved)
+        asked = Asked(self.problem, self.data.wavelength_nm, self.light, self.single)
+        verdict = verdict_of(asked, solutions, (float(shares[0]), float(shares[1])), bool(solved) and solved[0][2])
         known = Known(self.light, self.bounds, self.line, [place + 1 for place in self.problem.unknown], self.single)
         self.notes.extend(remarks(known, self.data.measured, solutions, verdict, tolerances))
         noise = float(1.0 / np.sqrt(np.mean(1.0 / engine.of.sd**2)))
@@ -474,27 +484,3 @@ class Analysis:
             float(shares[0]),
             float(shares[1]) + rest,
         )
-
-    def _verdict(
-        self, solutions: tuple[Solution, ...], none: float, other: float, solved: list[tuple[Solution, float, bool]]
-    ) -> str:
-        if none > 0.5 or not solutions:
-            return "none"
-        best = solutions[0]
-        if other > 0.5 or best.kappa >= _WORST_KAPPA or solved[0][2]:
-            return "doubtful"
-        # A lamp that bends, or a baseline that drifts, can make one fringe out of nothing: below, and just above, the response
-        # has to be known.
-        bends = max(abs(best.gain_slope), abs(best.gain_bend)) > 0.0 or len(best.baseline) > 1
-        lamp = self.light.gain is None and bends
-        if lamp and self._fringes(best) < _FRINGES_OF_A_LAMP:
-            return "ambiguous"
-        quarter_nm = quarter_wave_nm(self.problem, self.data.wavelength_nm)
-        share = order_share(solutions, quarter_nm) if self.single else best.weight
-        return "clear" if share > _CLEAR else "ambiguous"
-
-    def _fringes(self, one: Solution) -> float:
-        """How many fringes a solution has over the spectrum, of all unknown layers together."""
-        thickness = np.atleast_1d(np.asarray(one.thickness_nm, dtype=float))
-        turns = [np.ptp(round_trip_rate(self.problem, self.data.wavelength_nm, i)) for i in range(thickness.size)]
-        return float(thickness @ np.array(turns) / (2.0 * np.pi))

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
+from iridesce.inverse.full import full
 from iridesce.inverse.model import Problem
 from iridesce.inverse.solve import Data
 from iridesce.stack import Stack
@@ -85,8 +86,8 @@ def referenced(
     reference_stack: Any,
     noise: npt.ArrayLike | None,
     notes: list[str],
-) -> tuple[Floats, Floats, Floats]:
-    """Reflectance or transmittance from counts, with the standard deviation of each point.
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Reflectance or transmittance from counts, the standard deviation of each point, and wavelengths of channels that are full.
 
     q = (m - d) / (r - d), R = q R0, s^2 = R0^2 (v(m) + q^2 v(r) + (1 - q)^2 v(d)) / (r - d)^2, v the variance of each count,
     from the scatter of neighbours unless `noise`, in counts, is given.
@@ -121,6 +122,13 @@ def referenced(
         )
     if not lit.all():
         notes.append(f"{int((~lit).sum())} of {lit.size} points dropped: no light in the reference")
+    # Of a reference that is full nothing is known; of a film that fills a channel, a limit.
+    over = np.zeros(lit.size, dtype=bool)
+    over[lit] = full(r[lit])
+    if over.any():
+        notes.append(f"{int(over.sum())} of {over.size} points dropped: the reference is full, at its largest value")
+    lit &= ~over
+    filled = np.sort(nm[full(m) & lit])
     nm, m, light, d = nm[lit], m[lit], light[lit], d[lit]
     if reference_stack is None:
         of = np.ones_like(nm)
@@ -133,7 +141,7 @@ def referenced(
     v = [one[lit] for one in variance]
     sd = of * np.sqrt(v[0] + q * q * v[1] + (1.0 - q) ** 2 * v[2]) / light
     sd = np.maximum(sd, 1e-6 * float(np.nanmax(np.abs(q * of), initial=1e-300)))
-    return nm, q * of, sd
+    return nm, q * of, sd, filled
 
 
 def _variance(nm: Floats, counts: Floats) -> Floats:

@@ -34,6 +34,7 @@ from iridesce.inverse.data import (
     referenced,
     unit,
 )
+from iridesce.inverse.full import full
 from iridesce.inverse.joint import joint
 from iridesce.inverse.measurement import Measurement
 from iridesce.inverse.model import Problem, describe, read_problem
@@ -196,8 +197,9 @@ def fit_thickness(
             "given with a reference",
             Words("no reference"),
         )
+    filled: Floats | None = None
     if reference is not None:
-        wavelength_nm, measured, counted = referenced(
+        wavelength_nm, measured, counted, filled = referenced(
             problem, wavelength_nm, measured, dark, reference, reference_stack, noise, notes
         )
         if gain is None:
@@ -205,6 +207,14 @@ def fit_thickness(
     nm, values, sd = cleaned(wavelength_nm, measured, noise if counted is None else counted, notes)
     known = inside_media(problem, nm, notes)
     nm, values, sd = nm[known], values[known], None if sd is None else sd[known]
+    over = full(values) if filled is None else np.isin(nm, filled)
+    held: tuple[Floats, Floats] | None = None
+    if over.any() and not over.all():
+        notes.append(
+            f"{int(over.sum())} of {nm.size} channels are full, at the largest value: they are taken to hold at least that"
+        )
+        held = nm[over], values[over]
+        nm, values, sd = nm[~over], values[~over], None if sd is None else sd[~over]
     terms = 1 if baseline == "auto" else BASELINES.index(baseline)
     linear = terms + (fixed_gain is None) * (1 + bend)
     parameters = len(problem.unknown) + problem.index_count + linear + (line is None)
@@ -218,6 +228,7 @@ def fit_thickness(
     size = float(np.abs(values).max(initial=0.0))
     scale = 1.0 if 1e-60 < size < 1e60 or size == 0.0 else 2.0 ** math.floor(math.log2(size))
     values, sd = values / scale, None if sd is None else sd / scale
+    held = None if held is None else (held[0], held[1] / scale)
     if scale != 1.0 and fixed_gain is not None:
         fixed_gain /= scale
         light = replace(light, gain=fixed_gain)
@@ -231,7 +242,7 @@ def fit_thickness(
         weight = even_weight(values, notes) if sd is None else unit(1.0 / sd)
     bounds = _bounds(thickness_range_nm, problem, nm, notes)
     pliable = baseline == "auto" and nm.size >= 4 * (parameters + 4)
-    fit = Analysis(problem, Data(nm, values, weight, fixed_gain, bend, terms), sd, light, line, bounds, notes)
+    fit = Analysis(problem, Data(nm, values, weight, fixed_gain, bend, terms), sd, light, line, bounds, notes, held)
     return scaled(fit.result(pliable, probability, tolerances), scale)
 
 

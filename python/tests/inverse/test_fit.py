@@ -16,6 +16,7 @@ import iridesce as ir
 from conftest import ROOT
 from iridesce.inverse import model as fit_model
 from iridesce.inverse.candidates import model_of
+from iridesce.inverse.full import Full, full
 from iridesce.inverse.model import read_problem
 from iridesce.inverse.posterior import Engine, Light, Measured, climb
 from iridesce.inverse.results import apart
@@ -365,6 +366,78 @@ def test_a_reference_without_light_is_refused() -> None:
     assert result.wavelength_nm.min() >= 500.0 and any("no light in the reference" in note for note in result.notes)
     with pytest.raises(ValueError, match="go with a reference"):
         ir.fit_thickness(NM, values, "air / soap ? / air", dark=ones)
+
+
+@pytest.mark.parametrize(
+    ("text", "thickness_nm", "share"),
+    [("air / soap ? / air", 750.0, 0.9), ("air / SiO2 ? / Si", 919.4, 0.9), ("air / SiO2 ? / Si", 270.0, 0.7)],
+)
+def test_full_channels_are_limits_and_no_values(text: str, thickness_nm: float, share: float) -> None:
+    """Taken for values they are a lamp that bends, and films of other orders went with it, sure of themselves."""
+    values = noisy(clean(text, thickness_nm), 35.0)
+    values = np.minimum(values, values.min() + share * np.ptp(values))
+    result = ir.fit_thickness(NM, 900.0 * values, text)
+    assert result.verdict == "clear" and result.best.gain_slope == 0.0
+    assert result.best.thickness_nm == pytest.approx(thickness_nm, rel=0.004)
+    assert any("channels are full" in note for note in result.notes)
+    assert result.measured.size < NM.size
+
+
+def test_full_counts_beside_a_reference() -> None:
+    """Full counts of the film are limits; of a full reference nothing is known."""
+    random = np.random.default_rng(2)
+    light = 4e4 * bumps(4)
+    base = np.asarray(ir.Stack(["air", "Si"]).reflectance(NM))
+    seen, mirror = (
+        light * one + 300.0 + 20.0 * random.standard_normal(NM.size)
+        for one in (clean("air / SiO2 ? / Si", 640.0), base)
+    )
+    for of, words in (((seen, 0.8), "channels are full"), ((mirror, 0.8), "the reference is full")):
+        limit = of[1] * of[0].max()
+        result = ir.fit_thickness(
+            NM,
+            np.minimum(seen, limit) if of[0] is seen else seen,
+            "air / SiO2 ? / Si",
+            dark=300.0 + 0.0 * NM,
+            reference=np.minimum(mirror, limit) if of[0] is mirror else mirror,
+            reference_stack="air / Si",
+        )
+        assert result.verdict == "clear" and result.best.thickness_nm == pytest.approx(640.0, rel=0.004)
+        assert any(words in note for note in result.notes), result.notes
+
+
+def test_plateaus_of_rounding_are_not_full_channels() -> None:
+    values = clean("air / soap ? / air", 800.0)
+    assert not full(values).any() and not full(np.round(values, 2)).any() and not full(np.ones(50)).any()
+    clipped = np.minimum(values, 0.9 * values.max())
+    assert np.array_equal(full(clipped), clipped == clipped.max())
+    assert np.array_equal(full(0.3 * clipped), full(clipped))
+    # Rounded to a hundredth of the range and cut well below its top: longer there than any other run.
+    coarse = np.round(np.minimum(values, 0.5 * values.max()), 3)
+    assert np.array_equal(full(coarse), coarse == coarse.max())
+
+
+def test_a_film_must_fill_the_channels_that_are_full() -> None:
+    problem = read_problem("air / soap ? / air", None, None, "reflectance", 0.0, "unpolarized")
+    values = noisy(clean("air / soap ? / air", 750.0), 40.0)
+    over = values > 0.8 * values.max()
+    engine = Engine(
+        Measured(NM[~over], values[~over], np.full((~over).sum(), 3e-4), 0.05), Light(None, True, False, False)
+    )
+    held = Full(NM[over], np.full(int(over.sum()), 0.8 * values.max()), model_of(problem, NM[over]))
+    even = np.array([0.0, 1.0, 0.3, 0.0, 0.0, 1.0, 0.0])
+    found = [
+        held.log_probability(engine, np.array([nm, 0.0]), clean("air / soap ? / air", nm, nm=NM[~over]), even)
+        for nm in (750.0, 640.0)
+    ]
+    assert found[0] > -1.0 and found[1] < -100.0
+    # A lamp that may bend makes up for what an even one does not.
+    bent = even.copy()
+    bent[3] = 0.3
+    assert (
+        held.log_probability(engine, np.array([640.0, 0.0]), clean("air / soap ? / air", 640.0, nm=NM[~over]), bent)
+        > -20.0
+    )
 
 
 def test_an_index_that_is_not_sure_widens_the_interval() -> None:

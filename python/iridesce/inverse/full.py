@@ -1,0 +1,92 @@
+"""Channels of a spectrum that are full: what they hold is a limit, not a value. Internal.
+
+A detector or a converter that is full writes its largest number, whatever more light there is. Taken for values such a plateau is
+a lamp that bends just so, and a film is found that goes with it. What it does say is that there is at least so much light
+(J. Tobin, Econometrica 26, 24 (1958)).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from iridesce.arguments.operands import Floats
+from iridesce.inverse.model import Model
+from iridesce.inverse.posterior import Engine, Measured
+
+Mask = npt.NDArray[np.bool_]
+
+# So many neighbours of the very same largest value are no chance.
+_FEWEST_ALIKE = 3
+# Values are the same within this share of the largest: rows that were scaled or interpolated.
+_SAME = 1e-9
+# Full channels stand among the others with this many times the range of all: they say nothing by themselves.
+_MUTE = 1e3
+
+
+def full(values: Floats) -> Mask:
+    """Which channels are full: at the largest value, in runs that chance and rounding do not make.
+
+    Rounded numbers (percent without decimals) have runs of equal values at every height; full ones have longer runs at the
+    largest value than anywhere else in the upper half.
+    """
+    none = np.zeros(values.size, dtype=bool)
+    if values.size == 0 or not np.isfinite(values).all():
+        return none
+    low, high = float(values.min()), float(values.max())
+    top = values >= high - _SAME * abs(high)
+    if top.all():
+        return none
+    starts = np.flatnonzero(np.r_[True, np.abs(np.diff(values)) > _SAME * abs(high)])
+    lengths, heights = np.diff(np.r_[starts, values.size]), values[starts]
+    at_top = top[starts]
+    longest = int(lengths[at_top].max(initial=0))
+    elsewhere = int(lengths[~at_top & (heights > 0.5 * (low + high))].max(initial=1))
+    return top if longest >= max(_FEWEST_ALIKE, 2 * elsewhere + 1) else none
+
+
+@dataclass(frozen=True)
+class Full:
+    """Full channels beside those that were measured."""
+
+    wavelength_nm: Floats
+    level: Floats
+    """What they hold at least."""
+    model: Model
+    """The film at the full channels."""
+
+    def log_probability(self, engine: Engine, parameters: Floats, spectrum: Floats, row: Floats) -> float:
+        """Logarithm of the probability that a film and one explanation fill these channels, tempered as the evidence is.
+
+        spectrum   of the film, at the channels that were measured
+        """
+        of = engine.of
+        nm = np.concatenate([of.wavelength_nm, self.wavelength_nm])
+        order = np.argsort(nm, kind="stable")
+        own = order >= of.wavelength_nm.size
+        film = np.concatenate([spectrum, self.model.value(parameters)])[order]
+        values = np.concatenate([of.measured, self.level])[order]
+        mute = _MUTE * max(float(np.ptp(values)), float(of.sd.max()))
+        sd = np.concatenate([of.sd, np.full(self.level.size, mute)])[order]
+        # The response of the channels that were measured, carried on to the others.
+        wide = Engine(Measured(nm[order], values, sd, of.mean), engine.light)
+        response, stray = wide.explain(film, row)
+        lack = np.maximum(values - response * film - stray, 0.0)
+        noise = float(row[5]) * float(np.median(of.sd))
+        total = 0.0
+        for run in np.split(np.flatnonzero(own), np.flatnonzero(np.diff(np.flatnonzero(own)) > 1) + 1):
+            # A response that bends is known there as well as it bends; along a run that error is one.
+            unknown = float(row[3]) * float(np.abs(response[run] * film[run]).mean())
+            total += _log_normal(-float(lack[run].mean()) / math.hypot(noise / math.sqrt(run.size), unknown))
+        return total / engine.tempered
+
+
+def _log_normal(z: float) -> float:
+    """Logarithm of twice the normal distribution function, for z <= 0: 0 where the channels are as full as they should be."""
+    if z > -8.0:
+        return math.log(math.erfc(-z / math.sqrt(2.0)))
+    # Asymptotically (Abramowitz & Stegun 26.2.12).
+    return -0.5 * z * z - math.log(-z) - 0.5 * math.log(0.5 * math.pi)
