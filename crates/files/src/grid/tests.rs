@@ -298,6 +298,20 @@ fn orientation_pages_and_calibration_of_a_tiff_count() {
         let error = decode(&tiff_of(1, 1, description)).unwrap_err();
         assert!(error.contains(words), "{error}");
     }
+    // A roughness and a height are numbers without a unit; only a height may be told as a length, whose shape counts.
+    let of = |map: MapOf, description: &str| {
+        super::decode_of(map, &tiff_of(1, 1, description), &MapChoice::default(), &Watch::new())
+    };
+    for (map, told) in [(MapOf::Roughness, "roughness = 0.25 + 0.125 v"), (MapOf::Height, "height = 0.25 + 0.125 v")] {
+        for unit in ["", "vunit=Gray Value\n"] {
+            let grid = of(map, &format!("ImageJ=1.53\ncf=0\nc0=0.25\nc1=0.125\n{unit}")).unwrap();
+            assert!(grid.report.to_string().contains(told), "{}", grid.report);
+            assert_eq!(grid.shares().thickness_nm()[..4], [0.25, 0.375, 0.5, 0.625]);
+        }
+    }
+    assert_eq!(of(MapOf::Height, "ImageJ=1.53\nc0=1\nc1=2\nvunit=um\n").unwrap().shares().thickness_nm()[1], 3.0);
+    let error = of(MapOf::Roughness, "ImageJ=1.53\nc0=1\nc1=2\nvunit=nm\n").unwrap_err();
+    assert!(error.contains("\"nm\" (ImageJ's vunit); a roughness has none"), "{error}");
     // The description of any other program is none of a calibration.
     assert_eq!(nm(decode(&tiff_of(1, 1, "c0=1\nc1=2\nvunit=nm")).unwrap()).1[3], 3.0);
 }

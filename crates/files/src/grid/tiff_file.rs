@@ -1,10 +1,10 @@
-//! TIFF: floats in nm, or whole numbers of 8 or 16 bits; orientation and ImageJ's calibration applied, pages by number.
+//! TIFF: floats (a thickness in nm), or whole numbers of 8 or 16 bits; orientation and ImageJ's calibration applied, pages by number.
 
 use iridesce_numerics::Watch;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::{PhotometricInterpretation, Tag};
 
-use super::plane::{Plane, Samples, Sought, one_of};
+use super::plane::{MapOf, Plane, Samples, Sought, one_of};
 use crate::input::{Input, gathered};
 use crate::limits::{check_ratio, check_size, room};
 use crate::orient::upright;
@@ -43,17 +43,21 @@ pub fn read(bytes: &[u8], sought: &Sought<'_>, watch: &Watch, report: &mut ReadR
         Ok(Samples::Nanometres(one_of(values, names, sought, watch, report)?))
     };
     let whole = |values: Vec<f64>, most: f64, report: &mut ReadReport| -> Result<Samples, String> {
-        let calibration = Calibration::of(&description)?;
+        let calibration = Calibration::of(&description, sought.of)?;
         let values = one_of(values, names, sought, watch, report)?;
         Ok(match calibration {
-            Some(Calibration { c0, c1, nm }) => {
-                report.note(format!("ImageJ's calibration is applied: nm = {nm} ({c0} + {c1} v)"));
-                Samples::Nanometres(gathered(values.into_iter().map(|v| nm * (c0 + c1 * v)), watch)?)
+            Some(Calibration { c0, c1, unit }) => {
+                let told = match sought.of {
+                    MapOf::Thickness => format!("nm = {unit} ({c0} + {c1} v)"),
+                    other => format!("{} = {c0} + {c1} v", other.name()),
+                };
+                report.note(format!("ImageJ's calibration is applied: {told}"));
+                Samples::Nanometres(gathered(values.into_iter().map(|v| unit * (c0 + c1 * v)), watch)?)
             }
             None => Samples::Shares(gathered(values.into_iter().map(|v| v / most), watch)?),
         })
     };
-    let scale = float_unit(&description)?;
+    let scale = value_unit(&description, sought.of)?.unwrap_or(1.0);
     let scaled = |values: Vec<f64>| -> Result<Vec<f64>, String> {
         if scale == 1.0 { Ok(values) } else { gathered(values.into_iter().map(|v| scale * v), watch) }
     };
@@ -188,11 +192,12 @@ fn full_pages(decoder: &mut Pages<'_>) -> Result<Vec<usize>, String> {
     Ok(pages)
 }
 
-/// nm from the whole numbers of a map that ImageJ calibrated: nm = unit (c0 + c1 v).
+/// What the whole numbers of a map mean that ImageJ calibrated: unit (c0 + c1 v).
 struct Calibration {
     c0: f64,
     c1: f64,
-    nm: f64,
+    /// nm in the unit of a thickness; 1 for numbers as they stand.
+    unit: f64,
 }
 
 /// A line `name=value` of ImageJ's description.
@@ -203,22 +208,28 @@ fn fact<'a>(description: &'a str, name: &str) -> Option<&'a str> {
     description.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix('=')).map(str::trim)
 }
 
-/// nm in the unit that ImageJ states for the values; `None` where it states none of a length.
-fn value_unit(description: &str) -> Result<Option<f64>, String> {
-    match fact(description, "vunit").map(|unit| unit.to_lowercase()).as_deref() {
-        None | Some("" | "gray value" | "grey value" | "pixel") => Ok(None),
-        Some("nm") => Ok(Some(1.0)),
-        Some("um" | "\u{b5}m" | "\u{3bc}m" | "micron" | "\\u00b5m") => Ok(Some(1e3)),
-        Some(other) => Err(format!("its values are in {} (ImageJ's vunit); nm and um are read", quoted(other))),
+/// What ImageJ's unit of the values is worth: nm where a thickness is sought, else 1; `None` where the file states none.
+fn value_unit(description: &str, of: MapOf) -> Result<Option<f64>, String> {
+    let nm = match fact(description, "vunit").map(|unit| unit.to_lowercase()).as_deref() {
+        None | Some("" | "gray value" | "grey value" | "pixel") => return Ok(None),
+        Some("nm") => Some(1.0),
+        Some("um" | "\u{b5}m" | "\u{3bc}m" | "micron" | "\\u00b5m") => Some(1e3),
+        Some(_) => None,
+    };
+    match (of, nm) {
+        (MapOf::Thickness, Some(nm)) => Ok(Some(nm)),
+        // The shape counts: what a height of 1 is worth in the scene is said there.
+        (MapOf::Height, Some(_)) => Ok(Some(1.0)),
+        _ => {
+            let other = fact(description, "vunit").unwrap_or_default();
+            let allowed = if of == MapOf::Roughness { "a roughness has none" } else { "nm and um are read" };
+            Err(format!("its values are in {} (ImageJ's vunit); {allowed}", quoted(other)))
+        }
     }
 }
 
-fn float_unit(description: &str) -> Result<f64, String> {
-    Ok(value_unit(description)?.unwrap_or(1.0))
-}
-
 impl Calibration {
-    fn of(description: &str) -> Result<Option<Calibration>, String> {
+    fn of(description: &str, map: MapOf) -> Result<Option<Calibration>, String> {
         let number = |name: &str| -> Result<Option<f64>, String> {
             fact(description, name)
                 .map(|word| {
@@ -232,11 +243,15 @@ impl Calibration {
         let (Some(c0), Some(c1)) = (number("c0")?, number("c1")?) else { return Ok(None) };
         // Function 0 is the straight line; others are curves of optical density and the like.
         if fact(description, "cf").is_some_and(|function| function != "0") {
-            return Err("ImageJ's calibration of its values is no straight line; save it in nm as floats".into());
+            return Err(format!(
+                "ImageJ's calibration of its values is no straight line; save it as floats{}",
+                map.in_unit()
+            ));
         }
-        match value_unit(description)? {
-            Some(nm) => Ok(Some(Calibration { c0, c1, nm })),
-            None => Err(format!(
+        match (value_unit(description, map)?, map) {
+            (Some(unit), _) => Ok(Some(Calibration { c0, c1, unit })),
+            (None, MapOf::Roughness | MapOf::Height) => Ok(Some(Calibration { c0, c1, unit: 1.0 })),
+            (None, MapOf::Thickness) => Err(format!(
                 "ImageJ calibrated its values (c0 = {c0}, c1 = {c1}) without a unit of length; set the unit nm or um"
             )),
         }

@@ -109,24 +109,7 @@ fn without_needless_extensions(mut root: gltf::json::Root) -> Result<gltf::json:
 
 /// A relative name as a file has it: `%20` is a blank. Where that is no text, the name as it stands.
 fn decoded(uri: &str) -> String {
-    let bytes = uri.as_bytes();
-    let mut name = Vec::with_capacity(bytes.len());
-    let mut at = 0;
-    while at < bytes.len() {
-        let code =
-            uri.get(at + 1..at + 3).filter(|code| bytes[at] == b'%' && code.bytes().all(|b| b.is_ascii_hexdigit()));
-        match code.and_then(|code| u8::from_str_radix(code, 16).ok()) {
-            Some(byte) => {
-                name.push(byte);
-                at += 3;
-            }
-            None => {
-                name.push(bytes[at]);
-                at += 1;
-            }
-        }
-    }
-    String::from_utf8(name).unwrap_or_else(|_| uri.to_owned())
+    percent_encoding::percent_decode_str(uri).decode_utf8().map_or_else(|_| uri.to_owned(), String::from)
 }
 
 fn buffers(
