@@ -137,7 +137,7 @@ pub fn map_thickness(ask: &Question<'_>, of: &Photograph<'_>, watch: &Watch) -> 
     let mut answers =
         Answers { best_nm: &mut map.best_nm, confidence: &mut map.confidence, anchor: &mut map.anchor, own: &own };
     map.taken = tie(ties, candidates, of.width, quarter_nm, &mut answers, watch)?;
-    anchor(of.width, quarter_nm, films.first_nm, &mut answers, watch)?;
+    anchor(of.width, (quarter_nm, films.first_nm), neighbourhood.temper, &mut answers, watch)?;
     Ok(map)
 }
 

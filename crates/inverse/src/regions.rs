@@ -18,8 +18,8 @@ pub const ZERO: u8 = 2;
 pub const TIE_POINT: u8 = 3;
 /// Beyond so many orders colours repeat (inverse: 1-sigma against the nearest colour of another order).
 const COLORFUL: f32 = 5.5;
-/// Pixels, and share of a region, that must know their order by themselves.
-const ENOUGH: usize = 12;
+/// Pixels with errors of their own, and share of a region, that must know their order by themselves.
+const ENOUGH: f32 = 12.0;
 const SHARE: f32 = 2e-3;
 /// A region without an anchor is no surer than this.
 const UNANCHORED: f32 = 0.9;
@@ -118,10 +118,13 @@ pub(crate) fn tie(
 }
 
 /// Names what fixes the order of each region of pixels that hang together, and takes confidence from those that nothing does.
+///
+/// So many pixels (`temper`) share their errors and are one witness: a step of 200 nm of oxide whose colour a JPEG had moved to that
+/// of 24 nm was otherwise held to be the place where the film goes down to nothing, by each of its 1500 pixels.
 pub(crate) fn anchor(
     width: usize,
-    quarter_nm: f32,
-    first_nm: f32,
+    (quarter_nm, first_nm): (f32, f32),
+    temper: f32,
     answers: &mut Answers<'_>,
     watch: &Watch,
 ) -> Result<(), InverseError> {
@@ -157,7 +160,7 @@ pub(crate) fn anchor(
                 }
             }
         }
-        let enough = ENOUGH.max((SHARE * region.len() as f32) as usize);
+        let enough = (ENOUGH * temper).max(SHARE * region.len() as f32) as usize;
         let found = if tied {
             TIE_POINT
         } else if zero >= enough && first_nm < 0.3 * quarter_nm {
@@ -214,9 +217,23 @@ mod tests {
         for (i, own) in picture.own.iter_mut().enumerate() {
             *own = if i % 24 >= 16 { 0.99 } else { 0.5 };
         }
-        anchor(24, QUARTER_NM, 0.0, &mut picture.answers(), &Watch::new()).unwrap();
+        anchor(24, (QUARTER_NM, 0.0), 1.0, &mut picture.answers(), &Watch::new()).unwrap();
         assert_eq!([0, 12, 20].map(|x| picture.anchor[10 * 24 + x]), [ZERO, NO_ANCHOR, COLOR]);
         assert_eq!([0, 12, 20].map(|x| picture.confidence[10 * 24 + x]), [0.99, UNANCHORED, 0.99]);
+    }
+
+    #[test]
+    fn pixels_that_share_their_errors_are_one_witness() {
+        // 8 x 24 pixels of black film, and as many with colours of their own: 192 each, seven of them apart where errors are shared by 30.
+        let best: Vec<f32> = (0..16 * 24).map(|i| if i % 16 < 8 { 10.0 } else { 600.0 }).collect();
+        let anchors = |temper: f32| {
+            let mut picture = Own::new(best.clone(), 0.99);
+            anchor(16, (QUARTER_NM, 0.0), temper, &mut picture.answers(), &Watch::new()).unwrap();
+            ([0, 12].map(|x| picture.anchor[x]), [0, 12].map(|x| picture.confidence[x]))
+        };
+        assert_eq!(anchors(1.0), ([ZERO, COLOR], [0.99; 2]));
+        assert_eq!(anchors(15.0), ([ZERO, COLOR], [0.99; 2]));
+        assert_eq!(anchors(30.0), ([NO_ANCHOR; 2], [UNANCHORED; 2]));
     }
 
     #[test]

@@ -42,6 +42,8 @@ from iridesce.inverse.tolerances import Tolerances, by_index_off, widened, with_
 from iridesce.inverse.verdict import FRINGES_OF_A_LAMP, Asked, verdict_of
 from iridesce.optics.averages import FWHM
 
+# Where the response is below this share of its largest, the film is not seen.
+_DIM = 0.1
 # Explanations whose probability is below this share of the best one's are not listed.
 _LEAST_LIKELY = 1e-4
 # Residuals above this many times the noise, squared, say that something smooth is left.
@@ -85,11 +87,13 @@ class Analysis:
         bounds: Floats,
         notes: list[str],
         full: tuple[Floats, Floats] | None = None,
+        reference: Floats | None = None,
     ) -> None:
         self.problem, self.data, self.sd, self.light = problem, data, sd, light
         self.line, self.bounds, self.notes = line, bounds, notes
         self.model: Model = model_of(problem, data.wavelength_nm)
         # Channels that are full, and what they hold at least.
+        self.reference = reference
         self.full = None if full is None else Full(full[0], full[1], model_of(problem, full[0]))
         self.unknown = len(problem.unknown)
         # Only where one thickness is all that is unknown does its posterior have one axis.
@@ -233,7 +237,9 @@ class Analysis:
             self.problem.angle_deg,
             self.problem.polarization,
         )
-        return Measured(data.wavelength_nm, data.measured, np.maximum(sd, floor), float(np.mean(spectra)))
+        return Measured(
+            data.wavelength_nm, data.measured, np.maximum(sd, floor), float(np.mean(spectra)), self.reference
+        )
 
     # --- posterior
 
@@ -407,7 +413,7 @@ class Analysis:
         fitted = response * spectrum + stray
         residual = self.data.measured - fitted
         x = self.data.x
-        bent, drifts = row[3] > 0.0, row[6] > 0.0
+        bent, drifts = row[3] > 0.0, bool((row[6:] > 0.0).any())
         gains = np.polynomial.polynomial.polyfit(x, response, 2) if bent else [float(response[0]), 0.0, 0.0]
         baseline = () if row[4] == 0.0 else np.polynomial.polynomial.polyfit(x, stray, 2 if drifts else 0)
         freedom = max(self.data.wavelength_nm.size - 1 - self.data.linear_count, 1)
@@ -429,6 +435,7 @@ class Analysis:
             self.data.wavelength_nm,
             fitted,
             float(row[5]),
+            lit=float(np.mean(response > _DIM * response.max())),
         )
 
     # --- answer

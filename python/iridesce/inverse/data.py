@@ -86,8 +86,10 @@ def referenced(
     reference_stack: Any,
     noise: npt.ArrayLike | None,
     notes: list[str],
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Reflectance or transmittance from counts, the standard deviation of each point, and wavelengths of channels that are full.
+) -> tuple[Floats, Floats, Floats, Floats, tuple[Floats, Floats]]:
+    """Reflectance or transmittance from counts, and the standard deviation of each point.
+
+    Besides, wavelengths of channels that are full; and the light of the reference, by wavelength in ascending order.
 
     q = (m - d) / (r - d), R = q R0, s^2 = R0^2 (v(m) + q^2 v(r) + (1 - q)^2 v(d)) / (r - d)^2, v the variance of each count,
     from the scatter of neighbours unless `noise`, in counts, is given.
@@ -141,7 +143,25 @@ def referenced(
     v = [one[lit] for one in variance]
     sd = of * np.sqrt(v[0] + q * q * v[1] + (1.0 - q) ** 2 * v[2]) / light
     sd = np.maximum(sd, 1e-6 * float(np.nanmax(np.abs(q * of), initial=1e-300)))
-    return nm, q * of, sd, filled
+    return nm, q * of, sd, filled, _course(nm, light / of, np.sqrt(v[1] + v[2]) / light)
+
+
+# The course of a reference's light is wanted as well as this: a mean over as many channels as that takes, at most a twelfth.
+_COURSE = 0.01
+
+
+def _course(nm: Floats, light: Floats, relative_sd: Floats) -> tuple[Floats, Floats]:
+    """Light by wavelength, without its noise.
+
+    One dark is taken from both counts: in the noise of a ratio and of its light it is the same, and a stray light that is one of
+    counts would, over a noisy light, explain noise.
+    """
+    order = np.argsort(nm, kind="stable")
+    width = int(np.clip((float(np.median(relative_sd)) / _COURSE) ** 2, 1, max(nm.size // 12, 1))) | 1
+    padded = np.pad(light[order], width // 2, mode="reflect", reflect_type="odd")
+    sums = np.cumsum(np.r_[0.0, padded])
+    smooth = (sums[width:] - sums[:-width]) / width
+    return nm[order], np.maximum(smooth, 0.1 * np.median(smooth))
 
 
 def _variance(nm: Floats, counts: Floats) -> Floats:

@@ -198,8 +198,9 @@ def fit_thickness(
             Words("no reference"),
         )
     filled: Floats | None = None
+    lit: tuple[Floats, Floats] | None = None
     if reference is not None:
-        wavelength_nm, measured, counted, filled = referenced(
+        wavelength_nm, measured, counted, filled, lit = referenced(
             problem, wavelength_nm, measured, dark, reference, reference_stack, noise, notes
         )
         if gain is None:
@@ -242,7 +243,10 @@ def fit_thickness(
         weight = even_weight(values, notes) if sd is None else unit(1.0 / sd)
     bounds = _bounds(thickness_range_nm, problem, nm, notes)
     pliable = baseline == "auto" and nm.size >= 4 * (parameters + 4)
-    fit = Analysis(problem, Data(nm, values, weight, fixed_gain, bend, terms), sd, light, line, bounds, notes, held)
+    seen_by = None if lit is None else np.interp(nm, *lit)
+    fit = Analysis(
+        problem, Data(nm, values, weight, fixed_gain, bend, terms), sd, light, line, bounds, notes, held, seen_by
+    )
     return scaled(fit.result(pliable, probability, tolerances), scale)
 
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from iridesce.arguments.operands import Floats
 from iridesce.inverse.model import Model
-from iridesce.inverse.posterior import Engine, Measured
+from iridesce.inverse.posterior import Engine, Measured, log_twice_normal
 
 Mask = npt.NDArray[np.bool_]
 
@@ -72,7 +72,8 @@ class Full:
         mute = _MUTE * max(float(np.ptp(values)), float(of.sd.max()))
         sd = np.concatenate([of.sd, np.full(self.level.size, mute)])[order]
         # The response of the channels that were measured, carried on to the others.
-        wide = Engine(Measured(nm[order], values, sd, of.mean), engine.light)
+        light = None if of.light is None else np.interp(nm[order], of.wavelength_nm, of.light)
+        wide = Engine(Measured(nm[order], values, sd, of.mean, light), engine.light)
         response, stray = wide.explain(film, row)
         lack = np.maximum(values - response * film - stray, 0.0)
         noise = float(row[5]) * float(np.median(of.sd))
@@ -80,13 +81,5 @@ class Full:
         for run in np.split(np.flatnonzero(own), np.flatnonzero(np.diff(np.flatnonzero(own)) > 1) + 1):
             # A response that bends is known there as well as it bends; along a run that error is one.
             unknown = float(row[3]) * float(np.abs(response[run] * film[run]).mean())
-            total += _log_normal(-float(lack[run].mean()) / math.hypot(noise / math.sqrt(run.size), unknown))
+            total += log_twice_normal(-float(lack[run].mean()) / math.hypot(noise / math.sqrt(run.size), unknown))
         return total / engine.tempered
-
-
-def _log_normal(z: float) -> float:
-    """Logarithm of twice the normal distribution function, for z <= 0: 0 where the channels are as full as they should be."""
-    if z > -8.0:
-        return math.log(math.erfc(-z / math.sqrt(2.0)))
-    # Asymptotically (Abramowitz & Stegun 26.2.12).
-    return -0.5 * z * z - math.log(-z) - 0.5 * math.log(0.5 * math.pi)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 import numpy.typing as npt
@@ -71,6 +72,8 @@ class Measured:
     sd: Floats
     mean: float
     """Mean reflectance or transmittance of the stack over thickness and wavelength: what gains are measured by."""
+    light: Floats | None = None
+    """Of the reference, at each channel, in any unit: what counts were divided by."""
 
     def averaged(self, step: int) -> Measured:
         """Means of so many neighbouring points."""
@@ -79,12 +82,16 @@ class Measured:
             one[:size].reshape(-1, step).mean(axis=1)
             for one in (self.wavelength_nm, self.measured, self.sd / math.sqrt(step))
         )
-        return Measured(nm, values, sd, self.mean)
+        light = None if self.light is None else self.light[:size].reshape(-1, step).mean(axis=1)
+        return Measured(nm, values, sd, self.mean, light)
 
 
 @dataclass(frozen=True)
 class Explanations:
-    """Nuisances, one a row, and the logarithm of the prior of each."""
+    """Nuisances, one a row, and the logarithm of the prior of each.
+
+    A row: curves, gain, level, bend, stray light, kappa, drift, as the core has them; and whether stray light is one of counts.
+    """
 
     rows: Floats
     log_prior: Floats
@@ -121,6 +128,14 @@ def log_sum(values: Floats) -> float:
     return -math.inf if not math.isfinite(top) else top + math.log(float(np.exp(values - top).sum()))
 
 
+def log_twice_normal(z: float) -> float:
+    """Logarithm of twice the normal distribution function, for z <= 0: 0 where nothing is missing."""
+    if z > -8.0:
+        return math.log(math.erfc(-z / math.sqrt(2.0)))
+    # Asymptotically (Abramowitz & Stegun 26.2.12).
+    return -0.5 * z * z - math.log(-z) - 0.5 * math.log(0.5 * math.pi)
+
+
 class Engine:
     """Evidence of one measured spectrum."""
 
@@ -134,29 +149,60 @@ class Engine:
         self.curves = [(length, _FINE[0], share) for length, share in zip(LENGTHS_NM, shares, strict=True)]
         self.curves += [(length, length, 0.0) for length in (*_OTHER_LENGTHS_NM, _DRIFT_NM)]
         nm = measured.wavelength_nm
+        # A baseline of counts (a dark that drifts) is, divided by the reference, largest where the lamp is dimmest: evidence
+        # of the counts themselves.
+        self.per_light = None if measured.light is None else measured.light / float(measured.light.mean())
         # Curves whose length is below two channels are noise.
         self.fine = [length for length in _OTHER_LENGTHS_NM if length > 2.0 * float(np.median(np.diff(nm)))]
 
     def log_evidences(self, spectra: Floats, explanations: Explanations) -> Floats:
         """Tempered log of evidence times prior, (spectra, explanations)."""
-        of = self.of
-        curves, rows = self._needed(explanations.rows)
-        spectra = np.ascontiguousarray(np.atleast_2d(spectra))
-        found = _core.inverse_evidence(of.wavelength_nm, of.measured, of.sd, spectra, curves, rows)
-        return np.asarray(found / self.tempered + explanations.log_prior)
+        of, rows = self.of, explanations.rows
+        spectra = np.atleast_2d(spectra)
+        out = np.empty((len(spectra), len(rows)))
+        counted = self._counted(rows)
+        for kind in np.unique(counted):
+            chosen = counted == kind
+            curves, needed = self._needed(rows[chosen])
+            scale = self.per_light if kind and self.per_light is not None else np.ones_like(of.sd)
+            found = _core.inverse_evidence(
+                of.wavelength_nm,
+                of.measured * scale,
+                of.sd * scale,
+                np.ascontiguousarray(spectra * scale),
+                curves,
+                needed,
+            )
+            # Densities of what was measured, not of counts.
+            out[:, chosen] = found + float(np.log(scale).sum())
+        return np.asarray(out / self.tempered + explanations.log_prior)
 
     def explain(self, spectrum: Floats, row: Floats) -> tuple[Floats, Floats]:
         """Response and stray light under one nuisance."""
         of = self.of
-        curves, rows = self._needed(np.atleast_2d(row))
-        spectrum = np.ascontiguousarray(spectrum)
-        return _core.inverse_explain(of.wavelength_nm, of.measured, of.sd, spectrum, curves, rows)
+        rows = np.atleast_2d(row)
+        curves, needed = self._needed(rows)
+        scale = self.per_light if self._counted(rows)[0] and self.per_light is not None else np.ones_like(of.sd)
+        response, stray = _core.inverse_explain(
+            of.wavelength_nm,
+            of.measured * scale,
+            of.sd * scale,
+            np.ascontiguousarray(spectrum * scale),
+            curves,
+            needed,
+        )
+        return response, stray / scale
+
+    @staticmethod
+    def _counted(rows: Floats) -> npt.NDArray[np.bool_]:
+        """Which nuisances have a stray light of counts."""
+        return np.asarray(rows[:, 7] > 0.0) if rows.shape[1] > 7 else np.zeros(len(rows), dtype=bool)
 
     def _needed(self, rows: Floats) -> tuple[list[tuple[float, float, float]], Floats]:
         """The curves that these nuisances use, and the nuisances counting among them: curves cost time to make."""
         used, place = np.unique(rows[:, 0].astype(int), return_inverse=True)
         return [self.curves[one] for one in used], np.ascontiguousarray(
-            np.column_stack([place.reshape(-1), rows[:, 1:]])
+            np.column_stack([place.reshape(-1), rows[:, 1:7]])
         )
 
     def films(self, spectrum: Floats) -> Explanations:
@@ -181,10 +227,11 @@ class Engine:
                 exact = self.light.gain is not None and self.light.exact and bend == 0.0
                 level = 0.0 if exact else _FREE_LEVEL if self.light.gain is None else _REFERENCED
                 strays = [size * self.of.mean for size in _STRAYS] if self.light.stray else [0.0]
-                for stray in strays:
-                    for kappa in KAPPAS:
-                        rows.append((place, gain, level, bend, stray, kappa, drift))
-                        priors.append(gain_prior + math.log(bend_prior / len(strays) / len(KAPPAS)))
+                # Of light through the same lamp, or of counts.
+                kinds = (0.0, 1.0) if self.per_light is not None and self.light.stray else (0.0,)
+                for stray, kappa, kind in product(strays, KAPPAS, kinds):
+                    rows.append((place, gain, level, bend, stray, kappa, drift, kind))
+                    priors.append(gain_prior + math.log(bend_prior / len(strays) / len(KAPPAS) / len(kinds)))
         return Explanations(np.array(rows), np.array(priors))
 
     def quick(self, spectrum: Floats) -> Explanations:
@@ -207,6 +254,8 @@ class Engine:
         rows = [(0, gain, level, bend, stray, 3.0, bend) for gain in gains]
         if self.light.gain is not None and self.light.stray:
             rows.append((self.lamps[-1], self.light.gain, level, bend, stray, 3.0, _DRIFT))
+        if self.per_light is not None and self.light.stray:
+            return _even([(*row, kind) for row in rows for kind in (0.0, 1.0)])
         return _even(rows)
 
     def _typical(self) -> float:
@@ -326,6 +375,8 @@ class Peak:
 _NODES = np.linspace(-4.5, 4.5, 13)
 # Explanations that are so much less likely than the best are left out of the sums: a thousandth of a thousandth.
 _NEGLIGIBLE = 14.0
+# And so much less likely than the best are a few that have little to say: a twentieth.
+_LIKELY = 3.0
 # The top of a parabola over points 1.5 standard deviations apart lies so much above them, at most.
 _BETWEEN = 0.3
 
@@ -384,13 +435,17 @@ def climb(
     explanations = engine.films(row(h))
     logs = engine.log_evidences(row(h), explanations)[0]
     used = explanations.only(np.flatnonzero(logs > logs.max() - _NEGLIGIBLE))
+    # How wide a peak is, those tell that have most of its mass; of noise none is excluded, and no peak ends.
+    few = explanations.only(np.flatnonzero(logs > logs.max() - _LIKELY))
     width = step
-    for _ in range(6):
+    for turn in range(6):
         grid = np.clip(h + width * _NODES, low, high)
         grid = np.unique(grid)
         if grid.size < 3:
             grid = np.linspace(low, high, 13)
-        table = engine.log_evidences(np.array([row(float(one)) for one in grid]), used)
+        spectra = np.array([row(float(one)) for one in grid])
+        by = used if turn == 0 else few
+        table = engine.log_evidences(spectra, by)
         total = np.array([log_sum(line) for line in table]) + np.log(prior_density(grid, low, high))
         top = int(total.argmax())
         ends = max(total[0] if grid[0] > low else -np.inf, total[-1] if grid[-1] < high else -np.inf)
@@ -399,6 +454,9 @@ def climb(
         width *= 2.5 if 0 < top < grid.size - 1 else 1.5
         if not 0 < top < grid.size - 1:
             h = float(grid[top])
+    if by is not used:
+        table = engine.log_evidences(spectra, used)
+        total = np.array([log_sum(line) for line in table]) + np.log(prior_density(grid, low, high))
     return _peak(grid, total, table, used, low, high)
 
 

@@ -12,6 +12,7 @@ from iridesce.inverse.candidates import WIDEST_LINE_NM
 from iridesce.inverse.posterior import Light
 from iridesce.inverse.results import Solution
 from iridesce.inverse.tolerances import Tolerances
+from iridesce.inverse.verdict import LEAST_LIT
 
 # Stray light that changes by more than this, of what the measurement varies by, is told.
 _DRIFT = 0.1
@@ -53,6 +54,11 @@ def remarks(
         yield (
             "an even gain does not fit; it was taken as a smooth curve, and stray light too (a drifting lamp, counts that "
             "were not divided by it)"
+        )
+    if best.lit < LEAST_LIT:
+        yield (
+            f"the fringes of this film are seen in {best.lit:.0%} of the channels alone: a line of the lamp, or noise, may "
+            "be all that it explains"
         )
     drift = max((abs(one) for one in best.baseline[1:]), default=0.0)
     if (known.light.gain is not None or bend == 0.0) and drift > _DRIFT * float(np.std(measured)):

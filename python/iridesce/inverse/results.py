@@ -36,6 +36,8 @@ class Solution:
                      running from -1 to 1 over the wavelengths; of a response that bends otherwise, the parabolas nearest to it
     resolution_nm    full width at half maximum of the instrument's line (fitted, or as given)
     kappa            by how much the noise had to be larger than stated for the best explanation: 1, 3 or 10
+    lit              share of the channels in which the response is above a tenth of its largest: less than half of them is a film
+                     that is seen in a corner of the spectrum
     nm_per_percent_of_index  how far the thickness moves, nm, where the film's index is 1 % off: fringes show their product, so no
                      misfit tells it, and the interval holds it by ``index_tolerance`` alone. None where several are unknown
     angle_offset_deg  of joint fits with ``angle_tolerance_deg``: by how much the angles were found to be larger
@@ -67,6 +69,7 @@ class Solution:
     fitted: Floats = field(repr=False)
     kappa: float = 1.0
     angle_offset_deg: float = 0.0
+    lit: float = 1.0
     nm_per_percent_of_index: float | None = None
     precision_nm: Any = math.nan
     precision_interval_nm: Any = (math.nan, math.nan)

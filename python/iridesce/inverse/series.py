@@ -431,12 +431,12 @@ def _by_reference(
     notes: list[str],
 ) -> tuple[Floats, Floats, Floats]:
     """Reflectances of all spectra: the mean's tells which channels have light, and the noise."""
-    lit, _, sd, _ = referenced(problem, nm, values.mean(axis=0), dark, reference, reference_stack, None, notes)
+    lit, _, sd, *_ = referenced(problem, nm, values.mean(axis=0), dark, reference, reference_stack, None, notes)
     part = np.isin(nm, lit)
     # Linear in the counts: two of them give the line of each channel.
     d = np.zeros_like(nm) if dark is None else np.asarray(dark, dtype=np.float64)
     light = np.asarray(reference, dtype=np.float64) - d
-    _, of, _, _ = referenced(
+    _, of, *_ = referenced(
         problem, nm, np.asarray(reference, dtype=np.float64), dark, reference, reference_stack, None, []
     )
     found = (values[:, part] - d[part]) / light[part] * of

@@ -9,7 +9,7 @@ import numpy as np
 from iridesce.arguments.operands import Floats
 from iridesce.inverse.model import Problem, quarter_wave_nm
 from iridesce.inverse.posterior import Light
-from iridesce.inverse.results import Solution, order_share
+from iridesce.inverse.results import Solution, is_known, order_share
 from iridesce.inverse.search import round_trip_rate
 
 # One order holds the answer where it has this share of all probability.
@@ -17,6 +17,8 @@ _CLEAR = 0.95
 # As many fringes a lamp of unknown course may imitate: no answer below them is clear unless its response is even or known.
 FRINGES_OF_A_LAMP = 1.5
 _WORST_KAPPA = 10.0
+# A lamp shows a film in this share of its channels, at least.
+LEAST_LIT = 0.5
 
 
 @dataclass(frozen=True)
@@ -40,12 +42,16 @@ def verdict_of(asked: Asked, solutions: tuple[Solution, ...], without: tuple[flo
     if none > 0.5 or not solutions:
         return "none"
     best = solutions[0]
-    if other > 0.5 or best.kappa >= _WORST_KAPPA or at_end:
+    # A film that is seen in a corner of the spectrum alone is a line of the lamp, or noise that is larger there.
+    if other > 0.5 or best.kappa >= _WORST_KAPPA or at_end or best.lit < LEAST_LIT:
         return "doubtful"
     # A lamp that bends, or a baseline that drifts, can make one fringe out of nothing: below, and just above, the response
     # has to be known.
     bends = max(abs(best.gain_slope), abs(best.gain_bend)) > 0.0 or len(best.baseline) > 1
-    if asked.light.gain is None and bends and _fringes(asked, best) < FRINGES_OF_A_LAMP:
+    thin = _fringes(asked, best) < FRINGES_OF_A_LAMP
+    if asked.light.gain is None and bends and thin:
+        return "ambiguous"
+    if asked.single and thin and not is_known(best.thickness_nm, best.precision_nm):
         return "ambiguous"
     quarter_nm = quarter_wave_nm(asked.problem, asked.wavelength_nm)
     share = order_share(solutions, quarter_nm) if asked.single else best.weight

@@ -21,6 +21,7 @@ from iridesce.inverse.model import read_problem
 from iridesce.inverse.posterior import Engine, Light, Measured, climb
 from iridesce.inverse.results import apart
 from iridesce.inverse.solve import student
+from iridesce.inverse.verdict import Asked, verdict_of
 from iridesce.optics.averages import FWHM
 
 Floats = npt.NDArray[np.float64]
@@ -404,6 +405,51 @@ def test_full_counts_beside_a_reference() -> None:
         )
         assert result.verdict == "clear" and result.best.thickness_nm == pytest.approx(640.0, rel=0.004)
         assert any(words in note for note in result.notes), result.notes
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_baseline_of_counts_beside_a_reference(seed: int) -> None:
+    """A dark that has drifted is, divided by the reference, largest where the lamp is dim: it was 1 nm, or no film at all."""
+    random = np.random.default_rng(seed)
+    nm = np.arange(430.0, 900.0, 1.5)
+    light = 3e4 * (0.08 + np.exp(-(((nm - 640.0) / 130.0) ** 2)))
+    light *= 1.0 + 0.5 * np.exp(-0.5 * ((nm - 520.0) / 25.0) ** 2)
+    base = np.asarray(ir.Stack(["air", "Si"]).reflectance(nm))
+    x = np.linspace(-1.0, 1.0, nm.size)
+    drift = 2500.0 * (1.0 + 0.6 * x + 0.3 * x * x)
+    noise = 15.0 * random.standard_normal((3, nm.size))
+    seen = light * clean("air / SiO2 ? / Si", 875.0, nm=nm) + drift + 300.0 + noise[0]
+    how = {"dark": 300.0 + noise[2], "reference": light * base + 300.0 + noise[1], "reference_stack": "air / Si"}
+    result = ir.fit_thickness(nm, seen, "air / SiO2 ? / Si", **how, **EXACT)
+    best = result.best
+    assert result.verdict == "clear" and best.kappa == 1.0
+    assert abs(best.thickness_nm - 875.0) < 3.0 * best.sd_nm < 0.6
+
+
+def test_a_thin_film_behind_a_dim_light_is_a_range() -> None:
+    random = np.random.default_rng(4)
+    for counts, verdict in ((60.0, "ambiguous"), (6e4, "clear")):
+        light = counts * bumps(4)
+        seen, mirror = (
+            light * one + 200.0 + 2.0 * random.standard_normal(NM.size)
+            for one in (clean("air / soap ? / air", 60.0), np.ones(NM.size))
+        )
+        dark = 200.0 + 2.0 * random.standard_normal(NM.size)
+        result = ir.fit_thickness(NM, seen, "air / soap ? / air", dark=dark, reference=mirror)
+        assert result.verdict == verdict
+        assert result.best.accuracy_interval_nm[0] < 60.0 < result.best.accuracy_interval_nm[1]
+
+
+def test_a_film_in_a_corner_of_the_spectrum_is_doubted() -> None:
+    nm = np.arange(400.0, 700.0, 1.0)
+    values = clean("air / SiO2 ? / Si", 900.0, nm=nm)
+    result = ir.fit_thickness(nm, noisy(values), "air / SiO2 ? / Si", **EXACT)
+    assert result.verdict == "clear" and result.best.lit == 1.0
+    corner = replace(result.best, lit=0.3)
+    problem = read_problem("air / SiO2 ? / Si", None, None, "reflectance", 0.0, "unpolarized")
+    asked = Asked(problem, nm, Light(None, True, False, True), True)
+    assert verdict_of(asked, (result.best,), (0.0, 0.0), False) == "clear"
+    assert verdict_of(asked, (corner,), (0.0, 0.0), False) == "doubtful"
 
 
 def test_plateaus_of_rounding_are_not_full_channels() -> None:
