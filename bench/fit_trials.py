@@ -127,6 +127,18 @@ def noisy_ends(bench: Bench) -> Floats:
     return np.asarray(clean + np.std(clean) * bench.noise * size * bench.random.standard_normal(clean.size))
 
 
+def dark_ends(bench: Bench) -> Floats:
+    """No light at one or both ends, up to a tenth of the channels each: ratios of noise, to thirty times the film's range."""
+    values = bench.noisy(bench.clean())
+    count = int(bench.random.uniform(2.0, 0.1 * values.size))
+    size = np.ptp(values) * 10.0 ** bench.random.uniform(-0.5, 1.5)
+    ends = bench.random.integers(3)
+    noise = size * bench.random.standard_normal(values.size)
+    values[:count] += noise[:count] * (ends != 1)
+    values[-count:] += noise[-count:] * (ends != 0)
+    return values
+
+
 def substrate_index(bench: Bench) -> Floats:
     return bench.noisy(scaled(bench.stack(), bench.wavelength_nm, 1.0, 1.01))
 
@@ -228,8 +240,8 @@ FAULTS: dict[str, Callable[[Bench], Floats]] = {
     function.__name__: function
     for function in (
         none, noise_20_db, lamp_drift, lamp_not_divided, saturated, spikes, dead_pixels, lamp_lines, stray_light,
-        second_order, noisy_ends, substrate_index, film_index, film_index_less, slit, uneven_film, wavelength_offset,
-        wavelength_scale, lens, smoothed, coarse, native_oxide, all_at_once,
+        second_order, noisy_ends, dark_ends, substrate_index, film_index, film_index_less, slit, uneven_film,
+        wavelength_offset, wavelength_scale, lens, smoothed, coarse, native_oxide, all_at_once,
     )
 }  # fmt: skip
 

@@ -203,6 +203,12 @@ def unit(weight: Floats) -> Floats:
     return np.asarray(weight / np.sqrt(np.mean(weight**2)))
 
 
+# Marked places up to so many points apart are of one stretch: of noise that is too large, most places are marked.
+_STRETCH_GAP = 6
+# So many spikes in a stretch at an end are no spikes but noise.
+_CROWD = 3
+
+
 def calm(values: Floats, notes: list[str]) -> npt.NDArray[np.bool_]:
     """Which points are no spikes: those that jump from the median of their four neighbours far more than others do."""
     if values.size < 30:
@@ -215,12 +221,72 @@ def calm(values: Floats, notes: list[str]) -> npt.NDArray[np.bool_]:
     blocks = np.array([np.median(block) for block in np.array_split(jump, max(values.size // width, 1))])
     scale = np.interp(np.linspace(0.0, 1.0, values.size), np.linspace(0.0, 1.0, blocks.size), blocks)
     steady = jump <= 15.0 * np.maximum(scale, np.median(jump))
-    steady[:2] = steady[-2:] = True  # with neighbours on one side only, a slope looks like a jump
+    # With neighbours on one side only, a slope looks like a jump: there a spike is what leaves the middle half of all values.
+    small = jump <= float(np.subtract(*np.percentile(values, [75.0, 25.0])))
+    steady[:2] |= small[:2]
+    steady[-2:] |= small[-2:]
+    # Where spikes crowd at an end, what is left between them is of the same noise.
+    for there in (steady, steady[::-1]):
+        crowd = _stretch_at_start(~there)
+        if crowd.size >= _CROWD:
+            there[: crowd[-1] + 1] = False
     spikes = int(values.size - steady.sum())
     if spikes == 0 or spikes > values.size // 20 or not np.median(jump) > 0.0:
         return np.ones(values.size, dtype=bool)
     notes.append(f"{spikes} of {values.size} points dropped: spikes that no neighbour shares")
     return np.asarray(steady)
+
+
+# A place is wild where neighbours differ by more than this many times the middle half of the whole spectrum: a film's fringes,
+# of even height and two points each at least, reach 1.2 (second differences of a sine, over its interquartile range).
+_WILD = 1.5
+# More than this share is no dark end; nor is any where so many places between the ends are wild, too: sharp lines of a mirror's
+# cavity, whose spectrum is wild all along. Six spikes in five hundred points, of three places each, are 4 %.
+_MOST_DARK = 1.0 / 3.0
+_MARGIN = 3
+_MOST_WILD_BETWEEN = 0.1
+
+
+def within_light(values: Floats, notes: list[str]) -> npt.NDArray[np.bool_]:
+    """Which points lie between ends whose noise is larger than the signal: no light of the lamp, and ratios of noise.
+
+    Of such points not even the scatter is of use, and least squares over them see nothing else.
+    """
+    kept = np.ones(values.size, dtype=bool)
+    if values.size < 60:
+        return kept
+    spread = float(np.subtract(*np.percentile(values, [75.0, 25.0])))
+    second = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2]) / math.sqrt(6.0)
+    # Ends have one neighbour only; a step to it counts as much.
+    rough = np.r_[abs(values[1] - values[0]) / math.sqrt(6.0), second, abs(values[-1] - values[-2]) / math.sqrt(6.0)]
+    wild = rough > _WILD * spread
+    if not spread > 0.0 or not wild.any():
+        return kept
+    first, last = _end_of_stretch(wild), values.size - _end_of_stretch(wild[::-1])
+    if values.size - (last - first) > _MOST_DARK * values.size or wild[first:last].mean() > _MOST_WILD_BETWEEN:
+        return kept
+    kept[:first] = kept[last:] = False
+    if not kept.all():
+        notes.append(
+            f"{int((~kept).sum())} of {kept.size} points dropped: at the ends the noise is larger than the signal"
+        )
+    return kept
+
+
+def _end_of_stretch(wild: npt.NDArray[np.bool_]) -> int:
+    """How many points from the first on belong to a wild stretch that begins there."""
+    stretch = _stretch_at_start(wild)
+    # A single spike is wild at three places, and no end. Beyond the last wild place the same noise may be small by chance.
+    return 0 if stretch.size == 0 or (stretch.size <= 3 and stretch[0] > 2) else int(stretch[-1]) + 1 + _MARGIN
+
+
+def _stretch_at_start(marked: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
+    """The marked places of a stretch that begins near the first point; none where the first one is far from it."""
+    places = np.flatnonzero(marked)
+    if places.size == 0 or places[0] > _STRETCH_GAP:
+        return places[:0]
+    gaps = np.flatnonzero(np.diff(places) > _STRETCH_GAP)
+    return places if gaps.size == 0 else places[: gaps[0] + 1]
 
 
 def even_weight(values: Floats, notes: list[str]) -> Floats:
@@ -278,13 +344,25 @@ def without_lamp(nm: Floats, values: Floats, mean: Floats) -> tuple[Floats, Floa
     return nm[lit], values[lit] / lamp, unit(lamp)
 
 
+# The narrow window of a local scatter, and how many times what the wide one sees it has to see to be believed.
+_NARROW = 11
+_ABRUPT = 3.0
+
+
 def _local_scatter(size: Floats, width: int) -> Floats:
-    """Root mean square within a window, outliers cut at four times the median."""
-    width = max(width | 1, 11)
+    """Root mean square within a window, outliers cut at eight times the median of all.
+
+    Where most of eleven neighbours are far above that, the noise itself is larger there: it is what their median says.
+    """
+    width = max(width | 1, _NARROW)
     clipped = np.minimum(size, 8.0 * np.median(size)) ** 2
     padded = np.pad(clipped, width // 2, mode="reflect")
     sums = np.cumsum(np.r_[0.0, padded])
-    return np.asarray(np.sqrt((sums[width:] - sums[:-width]) / width))
+    wide = np.sqrt((sums[width:] - sums[:-width]) / width)
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(size, _NARROW // 2, mode="reflect"), _NARROW)
+    # The median of a normal error's size is 0.6745 standard deviations.
+    narrow = np.median(around, axis=1) / 0.6745
+    return np.where(narrow > _ABRUPT * wide, narrow, wide)
 
 
 def local_noise(spectra: Floats) -> Floats:

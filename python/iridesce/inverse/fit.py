@@ -33,8 +33,9 @@ from iridesce.inverse.data import (
     inside_media,
     referenced,
     unit,
+    within_light,
 )
-from iridesce.inverse.full import full
+from iridesce.inverse.full import alone, full
 from iridesce.inverse.joint import joint
 from iridesce.inverse.measurement import Measurement
 from iridesce.inverse.model import Problem, describe, read_problem
@@ -210,6 +211,11 @@ def fit_thickness(
     nm, values, sd = nm[known], values[known], None if sd is None else sd[known]
     over = full(values) if filled is None else np.isin(nm, filled)
     held: tuple[Floats, Floats] | None = None
+    if filled is None and over.any() and not over.all() and (single := alone(values, over)).any():
+        notes.append(
+            f"{int(single.sum())} of {nm.size} points dropped: at the largest value, and nothing leads up to it"
+        )
+        nm, values, over, sd = nm[~single], values[~single], over[~single], None if sd is None else sd[~single]
     if over.any() and not over.all():
         notes.append(
             f"{int(over.sum())} of {nm.size} channels are full, at the largest value: they are taken to hold at least that"
@@ -238,6 +244,9 @@ def fit_thickness(
         notes.append("measured does not vary with wavelength: no film is seen in it")
         return FitResult((), nm, values * scale, weight, 0.0, probability, describe(problem), tuple(notes), "none", 1.0)
     if noise is None:
+        if sd is None:
+            within = within_light(values, notes)
+            nm, values = nm[within], values[within]
         steady = calm(values, notes)
         nm, values, sd = nm[steady], values[steady], None if sd is None else sd[steady]
         weight = even_weight(values, notes) if sd is None else unit(1.0 / sd)

@@ -48,6 +48,21 @@ def full(values: Floats) -> Mask:
     return top if longest >= max(_FEWEST_ALIKE, 2 * elsewhere + 1) else none
 
 
+# A run of full channels whose neighbours lie below it by more than this many times the middle half of the others stands alone.
+_CLIFF = 1.5
+
+
+def alone(values: Floats, over: Mask) -> Mask:
+    """Which of the full channels are no light: runs that no neighbour leads up to, as software writes that divides by nothing."""
+    out = np.zeros(values.size, dtype=bool)
+    cliff = _CLIFF * float(np.subtract(*np.percentile(values[~over], [75.0, 25.0])))
+    places = np.flatnonzero(over)
+    for run in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
+        beside = [at for at in (run[0] - 1, run[-1] + 1) if 0 <= at < values.size]
+        out[run] = all(values[run[0]] - values[at] > cliff for at in beside)
+    return out
+
+
 @dataclass(frozen=True)
 class Full:
     """Full channels beside those that were measured."""

@@ -16,6 +16,7 @@ import iridesce as ir
 from conftest import ROOT
 from iridesce.inverse import model as fit_model
 from iridesce.inverse.candidates import model_of
+from iridesce.inverse.data import within_light
 from iridesce.inverse.full import Full, full
 from iridesce.inverse.model import read_problem
 from iridesce.inverse.posterior import Engine, Light, Measured, climb
@@ -275,6 +276,43 @@ def test_noisy_ends_count_less() -> None:
     assert result.best.thickness_nm == pytest.approx(700.0, abs=0.5)
     assert result.weight[[0, -1]].max() < 0.2 * result.weight.max()
     assert any("uneven" in note for note in result.notes)
+
+
+@pytest.mark.parametrize("count", [2, 8, 25, 60])
+@pytest.mark.parametrize("size", [0.2, 1.0, 30.0])
+@pytest.mark.parametrize("where", ["start", "end", "both"])
+def test_ends_without_light_hide_no_film(where: str, size: float, count: int) -> None:
+    # A lamp that is dark there: ratios of noise to noise, up to thirty times the film's own range.
+    random = np.random.default_rng(count)
+    values = noisy(clean("air / soap ? / air", 1287.0))
+    dark = np.zeros(NM.size, dtype=bool)
+    dark[:count] = where in ("start", "both")
+    dark[NM.size - count :] = where in ("end", "both")
+    values = values + dark * size * np.ptp(values) * random.standard_normal(NM.size)
+    found = ir.fit_thickness(NM, values, stack="air / soap ? / air")
+    assert found.best.thickness_nm == pytest.approx(1287.0, rel=3e-3)
+    assert found.verdict == "clear"
+
+
+@pytest.mark.parametrize("count", [4, 40])
+def test_a_plateau_that_nothing_leads_up_to_is_no_full_channel(count: int) -> None:
+    # What software writes where it divides by nothing.
+    values = noisy(clean("air / soap ? / air", 612.0))
+    values[-count:] = 9.3
+    found = ir.fit_thickness(NM, values, stack="air / soap ? / air")
+    assert (found.verdict, found.best.thickness_nm) == ("clear", pytest.approx(612.0, rel=2e-3))
+    assert any(f"{count} of {NM.size} points dropped: at the largest value" in note for note in found.notes)
+
+
+def test_sharp_lines_are_no_ends_without_light() -> None:
+    # A cavity between silver mirrors: its lines are wild all along, and all of them are kept.
+    cavity = np.asarray(
+        ir.Stack.parse("air / Ag 40 / SiO2 9000 / Ag 40 / N-BK7").transmittance(np.arange(420.0, 760.0, 2.0))
+    )
+    assert within_light(cavity, []).all()
+    spiked = noisy(clean("air / soap ? / air", 612.0))
+    spiked[4] += 1.0
+    assert within_light(spiked, []).all()
 
 
 def test_wavelengths_that_a_medium_does_not_know_are_dropped_and_told() -> None:
