@@ -108,30 +108,17 @@ class ColorTable:
             raise refusal("max_delta_e", "a single number", Words(f"shape {tolerance.shape}"))
         check_progress(progress)
 
-        parts: dict[tuple[str, str], Any] = {}
-        extended: set[str] = set()
-        with watched(progress, "building", "color table") as tell:
-            counter = None if tell is None else _Counter(tell)
-            for light in lights:
-                for name in quantities:
-                    table, used = _core.ColorTable.build(
-                        [medium._core for medium in stack.media],
-                        [one.coherent for one in stack.layers],
-                        [float(one._thickness.values.flat[0]) for one in stack.layers],
-                        varying,
-                        list(range_nm),
-                        list(range_deg),
-                        polarization,
-                        light._core,
-                        observer,
-                        name,
-                        float(tolerance.values),
-                        counter,
-                    )
-                    if counter is not None:
-                        counter.next()
-                    parts[light.name, name] = table
-                    extended.update(used)
+        parts, extended = _built(
+            stack,
+            varying,
+            (range_nm, range_deg),
+            lights,
+            observer,
+            polarization,
+            quantities,
+            float(tolerance.values),
+            progress,
+        )
         if extended:
             names = ", ".join(sorted(extended))
             warnings.warn(
@@ -430,6 +417,45 @@ class ColorTable:
 
 
 _FACTS = ("stack", "layer", "observer", "polarization")
+
+
+def _built(
+    stack: Multilayer,
+    varying: int,
+    ranges: tuple[tuple[float, float], tuple[float, float]],
+    lights: list[Illuminant],
+    observer: str,
+    polarization: str,
+    quantities: list[str],
+    tolerance: float,
+    progress: Told,
+) -> tuple[dict[tuple[str, str], Any], set[str]]:
+    """The core's table of every light and quantity, and the media whose stated extension was used."""
+    parts: dict[tuple[str, str], Any] = {}
+    extended: set[str] = set()
+    with watched(progress, "building", "color table") as tell:
+        counter = None if tell is None else _Counter(tell)
+        for light in lights:
+            for name in quantities:
+                table, used = _core.ColorTable.build(
+                    [medium._core for medium in stack.media],
+                    [one.coherent for one in stack.layers],
+                    [float(one._thickness.values.flat[0]) for one in stack.layers],
+                    varying,
+                    list(ranges[0]),
+                    list(ranges[1]),
+                    polarization,
+                    light._core,
+                    observer,
+                    name,
+                    tolerance,
+                    counter,
+                )
+                if counter is not None:
+                    counter.next()
+                parts[light.name, name] = table
+                extended.update(used)
+    return parts, extended
 
 
 class _Counter:

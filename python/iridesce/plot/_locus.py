@@ -13,7 +13,7 @@ from iridesce import color
 from iridesce.arguments.operands import Floats
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.plot import _diagram
-from iridesce.plot._arguments import StackLike, family, one_angle, samples, words
+from iridesce.plot._arguments import Family, StackLike, family, one_angle, samples, words
 from iridesce.plot._style import SMALL, Theme, begin, circumstances, heading, number, shortened
 
 if TYPE_CHECKING:
@@ -70,8 +70,6 @@ def locus(
     >>> ax.get_xlabel(), [line.get_label() for line in ax.get_lines() if line.get_gid() == "gamut-ntsc1953"]
     ('$x$', ['NTSC 1953'])
     """
-    from matplotlib.collections import LineCollection
-
     film = family(stack, layer)
     thickness = samples("thickness_nm", thickness_nm, film.own_thicknesses(), (0.0, 2000.0), step=2.0)
     angle = one_angle(angle_deg)
@@ -80,36 +78,18 @@ def locus(
     models = list(_MODELS) if model == "both" else words("model", _only(model), (*_MODELS, "both"))
     step = _tick_step(tick_nm, thickness)
     light = color.illuminant(illuminant)
-    paths = []
-    for one in models:
-        xyz = film.at(thickness).color(angle, polarization, light, quantity=quantity, model=one)
-        lit = xyz.sum(axis=-1) > 1e-12
-        if lit.sum() < 2:
-            raise complaint(
-                f"{film.name} is black at every thickness asked for: it has no path",
-                "stack",
-                "a film with light in it",
-                Words(film.name),
-            )
-        paths.append((one, thickness[lit], xyz[lit]))
+    paths = [_lit_path(film, thickness, angle, polarization, light, quantity, one) for one in models]
 
     ax, look = begin(ax, theme, (6.4, 7.0))
     _diagram.draw(ax, look, place, triangles, light.white(), shortened(light.name))
     white = _diagram.chromaticity(light.white(), place)
-    for one, nm, xyz in paths:
+    for one, (nm, xyz) in zip(models, paths, strict=True):
         points = _diagram.chromaticity(xyz, place)
         if one == "two-beam" and len(paths) == 2:
             ax.plot(*points.T, color=look.ink, linewidth=0.9, linestyle=(0, (3, 1.5)), zorder=5, label=_IN_WORDS[one])
             ax.get_lines()[-1].set_gid("path-two-beam")
             continue
-        # The dark casing tells the path from the ground, which has the same colours.
-        ax.plot(*points.T, color=_CASING, linewidth=3.4, zorder=4, solid_joinstyle="round", gid="casing")
-        pieces = np.stack([points[:-1], points[1:]], axis=1)
-        path = LineCollection(
-            list(pieces), colors=_diagram.own_colors(xyz), linewidths=2.0, capstyle="round", zorder=4.5
-        )
-        path.set_gid(f"path-{one}")
-        ax.add_collection(path, autolim=False)
+        _draw_path(ax, points, xyz, f"path-{one}")
         if zoom:
             _zoom(ax, points, white)
         main = nm, points
@@ -128,6 +108,40 @@ def locus(
     heading(ax, look, title, film.name, f"{facts}\n{thickness[0]:g} to {thickness[-1]:g} nm, a dot every {step:g} nm")
     _mark_thicknesses(ax, look, *main, step, white)
     return ax
+
+
+def _lit_path(
+    film: Family,
+    thickness: Floats,
+    angle: float,
+    polarization: str,
+    light: color.Illuminant,
+    quantity: str,
+    model: str,
+) -> tuple[Floats, Floats]:
+    """The thicknesses at which the film is not black, and its XYZ there."""
+    xyz = film.at(thickness).color(angle, polarization, light, quantity=quantity, model=model)
+    lit = xyz.sum(axis=-1) > 1e-12
+    if lit.sum() < 2:
+        raise complaint(
+            f"{film.name} is black at every thickness asked for: it has no path",
+            "stack",
+            "a film with light in it",
+            Words(film.name),
+        )
+    return thickness[lit], xyz[lit]
+
+
+def _draw_path(ax: Axes, points: Floats, xyz: Floats, gid: str) -> None:
+    """A path in its own colours."""
+    from matplotlib.collections import LineCollection
+
+    # The dark casing tells the path from the ground, which has the same colours.
+    ax.plot(*points.T, color=_CASING, linewidth=3.4, zorder=4, solid_joinstyle="round", gid="casing")
+    pieces = np.stack([points[:-1], points[1:]], axis=1)
+    path = LineCollection(list(pieces), colors=_diagram.own_colors(xyz), linewidths=2.0, capstyle="round", zorder=4.5)
+    path.set_gid(gid)
+    ax.add_collection(path, autolim=False)
 
 
 def _only(value: Any) -> Any:

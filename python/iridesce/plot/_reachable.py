@@ -15,7 +15,7 @@ from iridesce.arguments.scalars import number, one_of, whole
 from iridesce.color.film_tables import Conditions, film_tables
 from iridesce.color.light import as_illuminant
 from iridesce.optics.medium import as_medium
-from iridesce.plot._style import begin, heading
+from iridesce.plot._style import Theme, begin, heading
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -88,6 +88,24 @@ def reachable(
             "one that some film of these media has",
             lightness,
         )
+    _draw_cells(ax, look, sums, count)
+    points = [_CELL * (held - count.shape[0] // 2)]
+    if target is not None:
+        lab = color.convert(np.asarray(target, dtype=np.float64), space, "lab", white=conditions.white())
+        if lab.shape != (3,):
+            raise refusal("target", "three numbers", target)
+        _mark(ax, look, lab)
+        points.append(lab[None, 1:])
+    _frame(ax, look, np.concatenate(points))
+    names = ", ".join(one.name for one in films)
+    layered = " or ".join(str(one) for one in counts) + (" layer" if counts == [1] else " layers")
+    words = f"{layered} of {names} on {conditions.substrate.name}, {low:g} to {high:g} nm each, {conditions.illuminant.name}"
+    heading(ax, look, title, "Reachable colours", words)
+    return ax
+
+
+def _draw_cells(ax: Axes, look: Theme, sums: Floats, count: Floats) -> None:
+    """The cells that hold a film in their mean colours, and the edge around them."""
     half = count.shape[0] // 2
     mean = np.zeros((*count.shape, 3))
     mean[count > 0] = sums[count > 0] / count[count > 0][:, None]
@@ -101,25 +119,15 @@ def reachable(
     axis = _CELL * np.arange(-half, half + 1)
     edge = ax.contour(axis, axis, (count > 0).T.astype(float), levels=[0.5], colors=[look.ink], linewidths=1.2)
     edge.set_gid("edge")
-    white = conditions.white()
-    points = [_CELL * (held - half)]
-    if target is not None:
-        lab = color.convert(np.asarray(target, dtype=np.float64), space, "lab", white=white)
-        if lab.shape != (3,):
-            raise refusal("target", "three numbers", target)
-        ax.plot(
-            [lab[1]],
-            [lab[2]],
-            linestyle="none",
-            marker="x",
-            markersize=10.0,
-            markeredgewidth=2.0,
-            color=look.ink,
-            zorder=5,
-            gid="target",
-        )
-        points.append(lab[None, 1:])
-    every = np.concatenate(points)
+
+
+def _mark(ax: Axes, look: Theme, lab: Floats) -> None:
+    style: dict[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 10.0, "markeredgewidth": 2.0}
+    ax.plot([lab[1]], [lab[2]], color=look.ink, zorder=5, gid="target", **style)
+
+
+def _frame(ax: Axes, look: Theme, every: Floats) -> None:
+    """A square around all points of the plane."""
     middle, size = 0.5 * (every.max(axis=0) + every.min(axis=0)), 0.55 * float(np.ptp(every, axis=0).max()) + 4.0
     ax.set_xlim(middle[0] - size, middle[0] + size)
     ax.set_ylim(middle[1] - size, middle[1] + size)
@@ -128,11 +136,6 @@ def reachable(
     ax.set_ylabel("$b^*$")
     ax.grid(color=look.faint, linewidth=0.6, zorder=0)
     ax.set_axisbelow(True)
-    names = ", ".join(one.name for one in films)
-    layered = " or ".join(str(one) for one in counts) + (" layer" if counts == [1] else " layers")
-    words = f"{layered} of {names} on {conditions.substrate.name}, {low:g} to {high:g} nm each, {conditions.illuminant.name}"
-    heading(ax, look, title, "Reachable colours", words)
-    return ax
 
 
 def _between(lab: Floats, axis: int, parts: int) -> Floats:

@@ -64,6 +64,44 @@ def spectrum(
     wanted = words("quantity", quantity, _QUANTITIES)
     states = words("polarization", polarization, _POLARIZATIONS)
     degrees = angles(angle_deg)
+    curves = _curves(stacks, wanted, states, degrees, wavelengths)
+
+    ax, look = begin(ax, theme, (7.6, 4.6))
+    used = len({line.get_color() for line in ax.get_lines() if line.get_gid() == "curve"})
+    for label, color, style, values in curves:
+        turns, place = divmod(used + color, len(look.series))
+        ax.plot(
+            wavelengths,
+            values,
+            color=look.series[place],
+            linestyle=_DASHES[(style + turns) % len(_DASHES)],
+            linewidth=1.8,
+            zorder=3,
+            label=label,
+            gid="curve",
+        )
+    _limits(ax)
+    _band(ax, look)
+    ax.set_xlabel("vacuum wavelength (nm)")
+    ax.set_ylabel(f"{wanted[0]} (%)" if len(wanted) == 1 else "share of the light (%)")
+    ax.grid(axis="y", color=look.faint, linewidth=0.7, zorder=0)
+    ax.set_axisbelow(True)
+    legend(ax, look)
+    facts = [f"{number(degrees[0])}\u00b0"] * (len(degrees) == 1)
+    facts += [f"{states[0]}-polarised" if states[0] in ("s", "p") else "unpolarised"] * (len(states) == 1)
+    own = stack_name(stacks[0][1]) if len(stacks) == 1 else wanted[0].capitalize() if len(wanted) == 1 else "Spectra"
+    heading(ax, look, title, own, ", ".join(facts))
+    return ax
+
+
+def _curves(
+    stacks: list[tuple[str | None, Stack]],
+    wanted: list[str],
+    states: list[str],
+    degrees: list[float],
+    wavelengths: Floats,
+) -> list[tuple[str, int, int, Floats]]:
+    """Of each curve its label, the number of its colour, that of its dashes, and its values in percent."""
     count = len(stacks) * len(wanted) * len(states) * len(degrees)
     if count > _MOST_CURVES:
         raise complaint(
@@ -93,33 +131,7 @@ def spectrum(
             curves.append(
                 (", ".join(parts) or stack_name(one), *((row, column) if by_color > 1 else (column, 0)), values)
             )
-
-    ax, look = begin(ax, theme, (7.6, 4.6))
-    used = len({line.get_color() for line in ax.get_lines() if line.get_gid() == "curve"})
-    for label, color, style, values in curves:
-        turns, place = divmod(used + color, len(look.series))
-        ax.plot(
-            wavelengths,
-            values,
-            color=look.series[place],
-            linestyle=_DASHES[(style + turns) % len(_DASHES)],
-            linewidth=1.8,
-            zorder=3,
-            label=label,
-            gid="curve",
-        )
-    _limits(ax)
-    _band(ax, look)
-    ax.set_xlabel("vacuum wavelength (nm)")
-    ax.set_ylabel(f"{wanted[0]} (%)" if len(wanted) == 1 else "share of the light (%)")
-    ax.grid(axis="y", color=look.faint, linewidth=0.7, zorder=0)
-    ax.set_axisbelow(True)
-    legend(ax, look)
-    facts = [f"{number(degrees[0])}\u00b0"] * (len(degrees) == 1)
-    facts += [f"{states[0]}-polarised" if states[0] in ("s", "p") else "unpolarised"] * (len(states) == 1)
-    own = stack_name(stacks[0][1]) if len(stacks) == 1 else wanted[0].capitalize() if len(wanted) == 1 else "Spectra"
-    heading(ax, look, title, own, ", ".join(facts))
-    return ax
+    return curves
 
 
 def _wavelengths(value: ArrayLike) -> Floats:

@@ -15,7 +15,7 @@ from iridesce.arguments.operands import Floats
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.color.screen import gains, gains_in_words, readable_on, screen
 from iridesce.plot._arguments import Family, Stacks, angles, even, family, listed, samples
-from iridesce.plot._style import SMALL, begin, circumstances, heading, number, shortened
+from iridesce.plot._style import SMALL, Theme, begin, circumstances, heading, number, shortened
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -92,13 +92,7 @@ def strip(
             Words("both"),
         )
     by_retardation = retardation_nm is not None or has_newton
-    if by_retardation:
-        across = samples("retardation_nm", retardation_nm, None, (0.0, 4.0 * ORDER_NM), step=1.0)
-        if across[-1] > _MOST_RETARDATION_NM:
-            raise refusal("retardation_nm", f"at most {_MOST_RETARDATION_NM:g} nm", Words(f"{across[-1]:g}"))
-    else:
-        own = next((film.own_thicknesses() for row in rows if (film := row.film) is not None), None)
-        across = samples("thickness_nm", thickness_nm, own, (0.0, 2000.0), step=1.0)
+    across = _retardations(retardation_nm) if by_retardation else _thicknesses(thickness_nm, rows)
     even("retardation_nm" if by_retardation else "thickness_nm", across)
     light = color.illuminant(illuminant)
     options = {"polarization": polarization, "observer": observer, "quantity": quantity, "model": model}
@@ -106,16 +100,8 @@ def strip(
     factors = gains(colors, exposure)
 
     ax, look = begin(ax, theme, (8.6, 1.35 + 0.52 * len(rows)))
-    half = 0.5 * (across[1] - across[0])
     shown = screen(colors, factors)
-    for number_, rgb in enumerate(shown):
-        extent = (across[0] - half, across[-1] + half, number_ + 0.46, number_ - 0.46)
-        ax.imshow(rgb[None], extent=extent, aspect="auto", interpolation="nearest", zorder=2)
-    ax.set(xlim=(across[0], across[-1]), ylim=(len(rows) - 0.5, -0.5))
-    ax.set_yticks(range(len(rows)), [row.label for row in rows] if len(rows) > 1 else [""])
-    ax.tick_params(axis="y", length=0.0, labelcolor=look.ink, labelsize=SMALL)
-    for side in ("left", "bottom"):
-        ax.spines[side].set_visible(False)
+    _draw_rows(ax, look, rows, across, shown)
     growing = {row.film.medium.name for row in rows if row.film is not None}
     of_what = f"{growing.pop()} thickness" if len(growing) == 1 else "thickness"
     ax.set_xlabel("retardation (nm)" if by_retardation else f"{of_what} (nm)")
@@ -134,6 +120,31 @@ def strip(
     names = {row.film.name if row.film else "Newton's colour scale" for row in rows}
     heading(ax, look, title, names.pop() if len(names) == 1 else "Interference colours", facts)
     return ax
+
+
+def _draw_rows(ax: Axes, look: Theme, rows: list[_Row], across: Floats, shown: Floats) -> None:
+    """The strips from top to bottom, named on the left where there are several."""
+    half = 0.5 * (across[1] - across[0])
+    for number_, rgb in enumerate(shown):
+        extent = (across[0] - half, across[-1] + half, number_ + 0.46, number_ - 0.46)
+        ax.imshow(rgb[None], extent=extent, aspect="auto", interpolation="nearest", zorder=2)
+    ax.set(xlim=(across[0], across[-1]), ylim=(len(rows) - 0.5, -0.5))
+    ax.set_yticks(range(len(rows)), [row.label for row in rows] if len(rows) > 1 else [""])
+    ax.tick_params(axis="y", length=0.0, labelcolor=look.ink, labelsize=SMALL)
+    for side in ("left", "bottom"):
+        ax.spines[side].set_visible(False)
+
+
+def _retardations(asked: ArrayLike | None) -> Floats:
+    across = samples("retardation_nm", asked, None, (0.0, 4.0 * ORDER_NM), step=1.0)
+    if across[-1] > _MOST_RETARDATION_NM:
+        raise refusal("retardation_nm", f"at most {_MOST_RETARDATION_NM:g} nm", Words(f"{across[-1]:g}"))
+    return across
+
+
+def _thicknesses(asked: ArrayLike | None, rows: list[_Row]) -> Floats:
+    own = next((film.own_thicknesses() for row in rows if (film := row.film) is not None), None)
+    return samples("thickness_nm", asked, own, (0.0, 2000.0), step=1.0)
 
 
 def _rows(stack: Stacks, several: list[float], layer: int | str | None) -> list[_Row]:

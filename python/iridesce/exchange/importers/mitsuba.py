@@ -17,6 +17,8 @@ from iridesce.exchange.importers.materialx import _float, parsed
 from iridesce.files.whole import read_whole
 
 _IORS = {"vacuum": 1.0, "air": "air", "water": "water", "bk7": "N-BK7", "diamond": "diamond", "acrylic glass": "PMMA"}
+# Kinds of shapes that a file holds.
+_MESHES = ("obj", "ply")
 _METALS = ("Ag", "Al", "Au", "Cr", "Cu", "W", "V", "Ti", "Ni", "Pt")
 
 
@@ -67,69 +69,15 @@ class _Reader:
         name = plain(element.get("id"), f"{kind}-{number}")
         extra: dict[str, Any] = {}
         matrix = self._transform(element, "to_world")
-        if kind == "sphere":
-            center = self._point(element, "center", [0.0, 0.0, 0.0])
-            radius = self._number(element, "radius", 1.0)
-            scale = np.linalg.norm(matrix[:3, :3], axis=0)
-            if np.ptp(scale) > 1e-6 * scale.max():
-                self.found.leave_out(f"{name}: a sphere that is squeezed; it is round")
-            shape = {
-                "sphere": {
-                    "center": (matrix[:3, :3] @ center + matrix[:3, 3]).tolist(),
-                    "radius": radius * float(scale.mean()),
-                }
-            }
-        elif kind == "rectangle":
-            shape = {
-                "rectangle": {
-                    "center": matrix[:3, 3].tolist(),
-                    "u": matrix[:3, 0].tolist(),
-                    "v": matrix[:3, 1].tolist(),
-                }
-            }
-        elif kind == "disk":
-            normal = np.cross(matrix[:3, 0], matrix[:3, 1])
-            shape = {
-                "disk": {
-                    "center": matrix[:3, 3].tolist(),
-                    "normal": normal.tolist(),
-                    "radius": float(np.linalg.norm(matrix[:3, 0])),
-                }
-            }
-        elif kind == "cylinder":
-            ends = [matrix[:3, :3] @ self._point(element, key, at) + matrix[:3, 3] for key, at in _ENDS]
-            scale = np.linalg.norm(matrix[:3, :3], axis=0)
-            axis = ends[1] - ends[0]
-            if np.ptp(scale) > 1e-6 * scale.max() or not np.linalg.norm(axis) > 0.0:
-                self.found.leave_out(f"{name}: a cylinder that is squeezed")
-                return
-            shape = {
-                "cylinder": {
-                    "center": (0.5 * (ends[0] + ends[1])).tolist(),
-                    "axis": axis.tolist(),
-                    "radius": self._number(element, "radius", 1.0) * float(scale.mean()),
-                    "height": float(np.linalg.norm(axis)),
-                }
-            }
-        elif kind in ("obj", "ply"):
-            file = self._file(element)
-            if file is None:
-                self.found.leave_out(f"{name}: its {kind} file, which does not lie beside this one")
-                return
-            shape = {"mesh": {"file": file}}
-            for key in ("flip_normals", "face_normals"):
-                # Faces without normals are flat in a scene as they are.
-                if self._flag(element, key, False) and not (key == "face_normals" and self._is_flat(file)):
-                    self.found.leave_out(f"{name}: {key}")
-        else:
-            self.found.leave_out(f"{name}: the shape {kind}")
+        shape = self._mesh(element, kind, name) if kind in _MESHES else self._solid(element, kind, name, matrix)
+        if shape is None:
             return
         placements = np.eye(4)[None] if instances is None else instances
-        if kind in ("obj", "ply"):
+        if kind in _MESHES:
             placements = placements @ matrix
         # Mitsuba's textures count v from the top of a picture; files of OBJ are turned as they are read.
-        is_turned = kind in ("obj", "ply") and self._flag(element, "flip_tex_coords", kind == "obj")
-        if kind in ("obj", "ply", "rectangle") and not is_turned:
+        is_turned = kind in _MESHES and self._flag(element, "flip_tex_coords", kind == "obj")
+        if kind in (*_MESHES, "rectangle") and not is_turned:
             extra = {"uv": {"scale": [1.0, -1.0], "offset": [0.0, 1.0]}}
         glow = next((one for one in element.findall("emitter") if one.get("type") == "area"), None)
         surface = {"emitter": self._light(glow)} if glow is not None else self._surface(element, name)
@@ -142,6 +90,56 @@ class _Reader:
         made = placed(item, placements[:, :3], self.found)
         if made is not None:
             self.found.objects.append(made)
+
+    def _mesh(self, element: ET.Element, kind: str, name: str) -> dict[str, Any] | None:
+        file = self._file(element)
+        if file is None:
+            self.found.leave_out(f"{name}: its {kind} file, which does not lie beside this one")
+            return None
+        for key in ("flip_normals", "face_normals"):
+            # Faces without normals are flat in a scene as they are.
+            if self._flag(element, key, False) and not (key == "face_normals" and self._is_flat(file)):
+                self.found.leave_out(f"{name}: {key}")
+        return {"mesh": {"file": file}}
+
+    def _solid(self, element: ET.Element, kind: str, name: str, matrix: Floats) -> dict[str, Any] | None:
+        """A shape that a formula describes, where `matrix` puts it; None, said in the report, for what a scene has none of."""
+        turn, middle = matrix[:3, :3], matrix[:3, 3]
+        scale = np.linalg.norm(turn, axis=0)
+        is_squeezed = np.ptp(scale) > 1e-6 * scale.max()
+        if kind == "sphere":
+            if is_squeezed:
+                self.found.leave_out(f"{name}: a sphere that is squeezed; it is round")
+            center = turn @ self._point(element, "center", [0.0, 0.0, 0.0]) + middle
+            radius = self._number(element, "radius", 1.0) * float(scale.mean())
+            return {"sphere": {"center": center.tolist(), "radius": radius}}
+        if kind == "rectangle":
+            return {"rectangle": {"center": middle.tolist(), "u": turn[:, 0].tolist(), "v": turn[:, 1].tolist()}}
+        if kind == "disk":
+            normal = np.cross(turn[:, 0], turn[:, 1])
+            return {
+                "disk": {
+                    "center": middle.tolist(),
+                    "normal": normal.tolist(),
+                    "radius": float(np.linalg.norm(turn[:, 0])),
+                }
+            }
+        if kind == "cylinder":
+            ends = [turn @ self._point(element, key, at) + middle for key, at in _ENDS]
+            axis = ends[1] - ends[0]
+            if is_squeezed or not np.linalg.norm(axis) > 0.0:
+                self.found.leave_out(f"{name}: a cylinder that is squeezed")
+                return None
+            return {
+                "cylinder": {
+                    "center": (0.5 * (ends[0] + ends[1])).tolist(),
+                    "axis": axis.tolist(),
+                    "radius": self._number(element, "radius", 1.0) * float(scale.mean()),
+                    "height": float(np.linalg.norm(axis)),
+                }
+            }
+        self.found.leave_out(f"{name}: the shape {kind}")
+        return None
 
     def _file(self, element: ET.Element) -> str | None:
         """The file that a shape or a texture names, where it lies beside this one or below."""
