@@ -11,7 +11,7 @@ import numpy as np
 
 from iridesce.arguments.operands import Floats
 from iridesce.inverse.candidates import Search, model_of
-from iridesce.inverse.data import scatter, too_much, weights_of, without_lamp
+from iridesce.inverse.data import explained, scatter, too_much, weights_of, without_lamp
 from iridesce.inverse.full import Full
 from iridesce.inverse.model import (
     HarmonicModel,
@@ -46,8 +46,6 @@ from iridesce.optics.averages import FWHM
 _DIM = 0.1
 # Explanations whose probability is below this share of the best one's are not listed.
 _LEAST_LIKELY = 1e-4
-# Residuals above this many times the noise, squared, say that something smooth is left.
-_SMOOTH_LEFT = 1.5
 # The noise is at least this share of the largest value: below, it is the rounding of the models.
 _ROUNDING = 2e-6
 # Minima that are this much less likely, in units of the logarithm, are not looked at closely.
@@ -95,6 +93,8 @@ class Analysis:
         # Channels that are full, and what they hold at least.
         self.reference = reference
         self.full = None if full is None else Full(full[0], full[1], model_of(problem, full[0]))
+        # Size of noise that neighbours share, and how many channels share it, where the data show such.
+        self.shared: tuple[float, float] | None = None
         self.unknown = len(problem.unknown)
         # Only where one thickness is all that is unknown does its posterior have one axis.
         self.single = self.unknown == 1 and problem.index_count == 0
@@ -102,6 +102,8 @@ class Analysis:
     def result(self, pliable: bool, probability: float, tolerances: Tolerances) -> FitResult:
         found = self._minima(pliable)
         engine = Engine(self._measured(found), self.light)
+        if self.shared is not None:
+            engine.tempered = self.shared[1]
         rated = self._rated(engine, found)
         if rated:
             # Twice: the first temper is that of an answer chosen without one.
@@ -172,7 +174,9 @@ class Analysis:
     def _explains(self, best: Fitted) -> bool:
         """Whether nothing smooth is left."""
         residual = (self.data.measured - best.curve) * self.data.weight
-        return float(residual @ residual) / residual.size < _SMOOTH_LEFT * scatter(residual) ** 2
+        is_explained, shared = explained(residual, self.data.wavelength_nm)
+        self.shared = shared if self.sd is None else None
+        return is_explained
 
     def _under_a_lamp(self, lines: list[float]) -> list[tuple[float, float]]:
         """Minima of the spectrum over its own smooth course, for counts that were never divided by the lamp."""
@@ -228,6 +232,8 @@ class Analysis:
         else:
             curves = [one.curve for one, _ in found] or [np.zeros_like(data.measured)]
             size = min(scatter((data.measured - curve) * data.weight) for curve in curves)
+            # Noise that neighbours share is larger than what parts them.
+            size = size if self.shared is None else self.shared[0]
             sd = size / data.weight
         floor = _ROUNDING * float(np.abs(data.measured).max())
         trials = np.exp(np.linspace(np.log(self.bounds[:, 0] + 50.0), np.log(self.bounds[:, 1] + 50.0), 24)) - 50.0

@@ -12,6 +12,7 @@ from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.inverse.full import full
 from iridesce.inverse.model import Problem
+from iridesce.inverse.posterior import temper
 from iridesce.inverse.solve import Data
 from iridesce.stack import Stack
 
@@ -380,6 +381,38 @@ def scatter(residual: Floats) -> float:
     """Noise from second differences of what is left, in which what the model misses smoothly does not show."""
     size = math.sqrt(float(np.mean((residual[2:] - 2.0 * residual[1:-1] + residual[:-2]) ** 2)) / 6.0)
     return max(size, 1e-150)
+
+
+# Residuals above this many times the noise, squared, say that something smooth is left.
+_SMOOTH_LEFT = 1.5
+# Unless they hang together over less than this, nm: an instrument's smoothing does so, and no lamp.
+_SHORTEST_LAMP_NM = 10.0
+# Correlations of so many standard deviations are none of chance, of the few dozen that are apart.
+_CHANCE = 3.0
+
+
+def explained(residual: Floats, wavelength_nm: Floats) -> tuple[bool, tuple[float, float] | None]:
+    """Whether nothing smooth is left; and of noise that neighbours share its size, and how many share it."""
+    size = math.sqrt(float(residual @ residual) / residual.size)
+    if size < math.sqrt(_SMOOTH_LEFT) * scatter(residual):
+        return True, None
+    step = float(np.median(np.diff(wavelength_nm)))
+    if not _is_short(residual, min(int(_SHORTEST_LAMP_NM / step), residual.size // 30)):
+        return False, None
+    return True, (size, temper(residual / size))
+
+
+def _is_short(residual: Floats, reach: int) -> bool:
+    """Whether residuals hang together over fewer than ``reach`` channels alone, and farther away by chance."""
+    left = residual - residual.mean()
+    size, count = float(left @ left), left.size
+    if reach < 2 or size <= 0.0:
+        return False
+    shared = temper(left / math.sqrt(size / count))
+    chance = _CHANCE * math.sqrt(shared / count)
+    if shared > reach:
+        return False
+    return all(abs(float(left[lag:] @ left[:-lag])) < chance * size for lag in range(reach, count // 3))
 
 
 def too_much(freedom: int) -> float:

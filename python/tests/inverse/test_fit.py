@@ -16,7 +16,7 @@ import iridesce as ir
 from conftest import ROOT
 from iridesce.inverse import model as fit_model
 from iridesce.inverse.candidates import model_of
-from iridesce.inverse.data import within_light
+from iridesce.inverse.data import explained, within_light
 from iridesce.inverse.full import Full, full
 from iridesce.inverse.model import read_problem
 from iridesce.inverse.posterior import Engine, Light, Measured, climb
@@ -443,6 +443,32 @@ def test_full_counts_beside_a_reference() -> None:
         )
         assert result.verdict == "clear" and result.best.thickness_nm == pytest.approx(640.0, rel=0.004)
         assert any(words in note for note in result.notes), result.notes
+
+
+@pytest.mark.parametrize(
+    ("text", "thickness_nm", "seed"), [("air / soap ? / air", 457.8, 1), ("air / SiO2 ? / Si", 507.6, 3)]
+)
+def test_noise_that_an_instrument_has_smoothed(text: str, thickness_nm: float, seed: int) -> None:
+    """A boxcar of nine pixels: neighbours differ by a quarter of the noise, and films ten times as thick went with the rest."""
+    nm = np.arange(420.0, 780.0, 0.7)
+    values = noisy(np.pad(clean(text, thickness_nm, nm=nm), 4, mode="edge"), 26.0, seed)
+    values = np.convolve(values, np.full(9, 1.0 / 9.0), mode="valid")
+    result = ir.fit_thickness(nm, values, text, **EXACT)
+    best = result.best
+    assert best.thickness_nm == pytest.approx(thickness_nm, rel=0.004) and best.kappa == 1.0
+    assert abs(best.thickness_nm - thickness_nm) < 3.0 * best.sd_nm
+    assert result.noise == pytest.approx(0.05 / 3.0 * np.std(clean(text, thickness_nm, nm=nm)), rel=0.35)
+
+
+def test_what_is_left_is_short_or_smooth() -> None:
+    nm = np.arange(420.0, 780.0, 0.7)
+    noise = np.random.default_rng(1).standard_normal(nm.size + 8)
+    smoothed = np.convolve(noise, np.full(9, 1.0 / 3.0), mode="valid")
+    assert explained(noise[4:-4], nm) == (True, None)
+    found, shared = explained(smoothed, nm)
+    assert found and shared is not None and 0.8 < shared[0] < 1.2 and 4.0 < shared[1] < 14.0
+    for left in (2.0 * np.sin(nm / 30.0), 3.0 * np.sin(nm / 6.0), 3.0 * np.exp(-(((nm - 600.0) / 25.0) ** 2))):
+        assert explained(0.3 * noise[4:-4] + left, nm) == (False, None)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
