@@ -113,6 +113,39 @@ def test_every_module_of_every_crate_is_read() -> None:
     assert sum(map(len, arrows_of("optics").values())) > 50, "the arrows are not found any more"
 
 
+def has_example(text: str) -> bool:
+    """Whether the documentation holds a block that a test of documentation would compile."""
+    fences = re.findall(r"^\s*//[/!]\s*```(.*)$", text, re.MULTILINE)
+    return any(opening.strip() != "text" for opening in fences[::2])
+
+
+def left_out(target: Any, source: Path) -> list[str]:
+    """Files of a library with tests or examples that its manifest says not to run."""
+    out = []
+    for file in sorted(source.rglob("*.rs")):
+        text = file.read_text()
+        if (not target["test"] and "#[test]" in text) or (not target["doctest"] and has_example(text)):
+            out.append(file.name)
+    return out
+
+
+def test_what_a_library_does_not_run_is_not_there() -> None:
+    for package in cargo_metadata("--no-deps")["packages"]:
+        for target in package["targets"]:
+            if {"lib", "cdylib"} & set(target["kind"]):
+                assert left_out(target, Path(target["src_path"]).parent) == [], package["name"]
+
+
+@pytest.mark.parametrize("flag", ["test", "doctest"])
+def test_a_test_that_would_not_run_is_seen(flag: str, tmp_path: Path) -> None:
+    (tmp_path / "quiet.rs").write_text("//! ```text\n//! a drawing\n//! ```\nfn one() {}\n")
+    loud = {"test": "#[test]\nfn one() {}\n", "doctest": "/// ```\n/// one();\n/// ```\npub fn one() {}\n"}[flag]
+    (tmp_path / "loud.rs").write_text(loud)
+    runs = {"test": True, "doctest": True}
+    assert left_out(runs, tmp_path) == []
+    assert left_out(runs | {flag: False}, tmp_path) == ["loud.rs"]
+
+
 def planted_crate(tmp_path: Path, **files: str) -> dict[str, set[str]]:
     for name, text in {"lib": "mod film; mod stack; mod color;", **files}.items():
         path = tmp_path / f"{name.replace('__', '/')}.rs"
