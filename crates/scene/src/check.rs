@@ -151,12 +151,6 @@ impl Checker<'_> {
     /// A value that holds no keys of its own.
     fn leaf(&self, node: &Node, takes: Takes, path: &str) -> Result<(), SceneError> {
         let must = |is: bool, what: &str| if is { Ok(()) } else { Err(wrong(node, path, what)) };
-        let numbers = || as_number(node).map(|one| vec![one]).or(as_numbers(node)).unwrap_or_default();
-        // One share by itself, or a list of so many: a list of one is half a pair.
-        let are_shares = |count: usize| {
-            let has_all = as_number(node).is_some() || numbers().len() == count;
-            has_all && numbers().iter().all(|share| (0.0..=1.0).contains(share))
-        };
         match takes {
             Takes::Number(range) => number(node, range, path),
             Takes::Whole(from, to) => must(
@@ -169,10 +163,7 @@ impl Checker<'_> {
             ),
             Takes::Bool => must(matches!(node.value, Value::Bool(_)), "true or false"),
             Takes::Point => point(node, path).map(drop),
-            Takes::Vector => point(node, path).and_then(|vector| {
-                let lengths = 1.0 / MAX_LENGTH..=2.0 * MAX_LENGTH;
-                must(lengths.contains(&length(vector)), "a vector of a length > 0, from 1e-9 to 1e9")
-            }),
+            Takes::Vector => vector(node, path),
             Takes::Sides => sides(node, path),
             Takes::Name => must(
                 matches!(&node.value, Value::Text(name) if is_object_name(name)),
@@ -184,28 +175,22 @@ impl Checker<'_> {
                 must(is_known, if words.is_empty() { &listed } else { words })
             }
             Takes::Medium => medium(node, path).map(drop),
-            Takes::Illuminant => text(node, path)
-                .and_then(|name| illuminant(name, self.origin).map(drop).map_err(|e| e.at(path, node.line))),
+            Takes::Illuminant => named(node, path, |name| illuminant(name, self.origin).map(drop)),
             Takes::Text => text(node, path).map(drop),
-            Takes::File => text(node, path)
-                .and_then(|name| map_file(self.origin, name).map(drop).map_err(|e| e.at(path, node.line))),
-            Takes::Builtin(names) => text(node, path).and_then(|name| match names.contains(&name) {
-                true => Ok(()),
-                false => {
-                    let message = format!("no built-in environment {}{}", quoted(name), suggestion(name, names));
-                    Err(SceneError::new(message).at(path, node.line))
-                }
-            }),
-            Takes::Reflectance(_) => must(are_shares(3), "a number from 0 to 1, or three of them (linear Rec.709)"),
+            Takes::File => named(node, path, |name| map_file(self.origin, name).map(drop)),
+            Takes::Builtin(names) => named(node, path, |name| builtin(name, names)),
+            Takes::Reflectance(_) => {
+                must(are_shares(node, 3), "a number from 0 to 1, or three of them (linear Rec.709)")
+            }
             Takes::Roughness(_) => {
-                must(are_shares(2), "a number from 0 to 1, two of them (along u and along v) or a map")
+                must(are_shares(node, 2), "a number from 0 to 1, two of them (along u and along v) or a map")
             }
             Takes::Thickness(_) => match &node.value {
                 Value::Int(_) | Value::Float(_) => number(node, THICKNESS, path),
                 value => must(matches!(value, Value::Text(word) if word == "vertex"), "a number or a thickness model"),
             },
             Takes::Scale => must(
-                matches!(numbers().len(), 1 | 3) && as_scales(node).is_some(),
+                matches!(one_or_more(node).len(), 1 | 3) && as_scales(node).is_some(),
                 "a factor other than 0, or three of them, from 1e-9 to 1e9 either way",
             ),
             Takes::Pair(range) => must(
@@ -275,11 +260,43 @@ fn point(node: &Node, path: &str) -> Result<[f64; 3], SceneError> {
         .ok_or_else(|| wrong(node, path, "three finite numbers, at most 1e9 either way"))
 }
 
+fn vector(node: &Node, path: &str) -> Result<(), SceneError> {
+    let lengths = 1.0 / MAX_LENGTH..=2.0 * MAX_LENGTH;
+    match lengths.contains(&length(point(node, path)?)) {
+        true => Ok(()),
+        false => Err(wrong(node, path, "a vector of a length > 0, from 1e-9 to 1e9")),
+    }
+}
+
+/// The numbers of a list, or a number by itself.
+fn one_or_more(node: &Node) -> Vec<f64> {
+    as_number(node).map(|one| vec![one]).or(as_numbers(node)).unwrap_or_default()
+}
+
+/// One share by itself, or a list of so many: a list of one is half a pair.
+fn are_shares(node: &Node, count: usize) -> bool {
+    let numbers = one_or_more(node);
+    let has_all = as_number(node).is_some() || numbers.len() == count;
+    has_all && numbers.iter().all(|share| (0.0..=1.0).contains(share))
+}
+
 fn text<'n>(node: &'n Node, path: &str) -> Result<&'n str, SceneError> {
     match &node.value {
         Value::Text(text) => Ok(text),
         _ => Err(wrong(node, path, "a text")),
     }
+}
+
+/// The name of something that `known` knows.
+fn named(node: &Node, path: &str, known: impl FnOnce(&str) -> Result<(), SceneError>) -> Result<(), SceneError> {
+    known(text(node, path)?).map_err(|error| error.at(path, node.line))
+}
+
+fn builtin(name: &str, names: &[&str]) -> Result<(), SceneError> {
+    if names.contains(&name) {
+        return Ok(());
+    }
+    Err(SceneError::new(format!("no built-in environment {}{}", quoted(name), suggestion(name, names))))
 }
 
 fn sides(node: &Node, path: &str) -> Result<(), SceneError> {

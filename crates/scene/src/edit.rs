@@ -48,51 +48,53 @@ fn set(tree: &mut Node, path: &str, value: Node) -> Result<(), SceneError> {
     }
     let mut node = tree;
     let mut done = String::new();
-    for (i, key) in keys.iter().enumerate() {
-        let is_last = i + 1 == keys.len();
-        let here = join(&done, key);
-        if !matches!(node.value, Value::Table(_) | Value::List(_)) {
-            // A number where a table is to be: `thickness_nm = 300` becomes `thickness_nm.gradient.top = ..`.
-            node.value = Value::Table(Vec::new());
-        }
-        match &mut node.value {
-            Value::Table(entries) => {
-                entries.retain(|(name, _)| !is_rival(key, name));
-                let at = match entries.iter().position(|(name, _)| name == key) {
-                    Some(at) => at,
-                    None => {
-                        // A key that is not there yet may still be a valid one: the validator decides.
-                        entries.push(((*key).to_owned(), Value::Table(Vec::new()).into()));
-                        entries.len() - 1
-                    }
-                };
-                node = &mut entries[at].1;
-            }
-            Value::List(items) => {
-                let names: Vec<String> = items.iter().filter_map(item_name).collect();
-                let at = match names.iter().position(|name| name == key) {
-                    Some(at) => at,
-                    None => key.parse::<usize>().ok().filter(|at| *at < items.len()).ok_or_else(|| {
-                        let known: Vec<&str> = names.iter().map(String::as_str).collect();
-                        let hint = if known.is_empty() {
-                            format!("; numbers from 0 to {}", items.len().saturating_sub(1))
-                        } else {
-                            suggestion(key, &known)
-                        };
-                        SceneError::new(format!("{done} has no entry {}{hint}", quoted(key))).at(&here, None)
-                    })?,
-                };
-                node = &mut items[at];
-            }
-            _ => unreachable!("made a table above"),
-        }
-        if is_last {
-            *node = value;
-            return Ok(());
-        }
-        done = here;
+    for key in keys {
+        node = child(node, key, &done)?;
+        done = join(&done, key);
     }
+    *node = value;
     Ok(())
+}
+
+/// What stands under `key` of a node whose path is `done`.
+fn child<'n>(node: &'n mut Node, key: &str, done: &str) -> Result<&'n mut Node, SceneError> {
+    if !matches!(node.value, Value::Table(_) | Value::List(_)) {
+        // A number where a table is to be: `thickness_nm = 300` becomes `thickness_nm.gradient.top = ..`.
+        node.value = Value::Table(Vec::new());
+    }
+    match &mut node.value {
+        Value::Table(entries) => Ok(entry(entries, key)),
+        Value::List(items) => item(items, key, done),
+        _ => unreachable!("made a table above"),
+    }
+}
+
+/// The entry of a table, which loses the rivals of `key`. A key that is not there yet may still be a valid one: the validator
+/// decides.
+fn entry<'n>(entries: &'n mut Vec<(String, Node)>, key: &str) -> &'n mut Node {
+    entries.retain(|(name, _)| !is_rival(key, name));
+    let at = entries.iter().position(|(name, _)| name == key).unwrap_or_else(|| {
+        entries.push((key.to_owned(), Value::Table(Vec::new()).into()));
+        entries.len() - 1
+    });
+    &mut entries[at].1
+}
+
+/// The item of a list by its name or else by its number.
+fn item<'n>(items: &'n mut [Node], key: &str, done: &str) -> Result<&'n mut Node, SceneError> {
+    let names: Vec<String> = items.iter().filter_map(item_name).collect();
+    let named = names.iter().position(|name| name == key);
+    let at = named.or_else(|| key.parse::<usize>().ok().filter(|at| *at < items.len()));
+    let Some(at) = at else {
+        let known: Vec<&str> = names.iter().map(String::as_str).collect();
+        let hint = if known.is_empty() {
+            format!("; numbers from 0 to {}", items.len().saturating_sub(1))
+        } else {
+            suggestion(key, &known)
+        };
+        return Err(SceneError::new(format!("{done} has no entry {}{hint}", quoted(key))).at(join(done, key), None));
+    };
+    Ok(&mut items[at])
 }
 
 fn item_name(item: &Node) -> Option<String> {

@@ -145,6 +145,59 @@ enum Laid {
     Vertex,
 }
 
+impl Laid {
+    fn gradient(gradient: Gradient, ground: &Ground<'_>, feet: Option<&[Foot]>) -> Result<Laid, String> {
+        let heights = match feet {
+            Some(feet) => feet.first().map(|foot| foot.heights),
+            None => ground.shape.heights(),
+        };
+        let (Some([bottom, top]), Some(reach)) = (heights, ground.reach()) else {
+            return Err("cannot be a gradient on a plane, which has no lowest and no highest point; a wedge \
+                        runs between two points of your choice"
+                .to_owned());
+        };
+        let is_level = |[bottom, top]: [f64; 2]| top - bottom <= LEVEL * reach;
+        if is_level([bottom, top]) || feet.into_iter().flatten().any(|foot| is_level(foot.heights)) {
+            return Err("cannot be a gradient on a shape that lies level and has no height; a wedge runs \
+                        between two points of your choice"
+                .to_owned());
+        }
+        Ok(Laid::Gradient { gradient, y_min: bottom, per_height: 1.0 / (top - bottom) })
+    }
+
+    /// The gap, and how wide it is at the rim of the shape.
+    fn lens_gap(gap: LensGap, ground: &Ground<'_>, feet: Option<&[Foot]>, unit: Unit) -> Result<(Laid, f64), String> {
+        let (center, axis) = match feet.and_then(<[Foot]>::first) {
+            Some(foot) => (foot.center, foot.axis),
+            None => ground.shape.middle(),
+        };
+        let Some(reach) = ground.reach() else {
+            return Err("cannot be a lens_gap on a plane, which is wider than any lens".to_owned());
+        };
+        let reach_mm = reach * unit.millimetres();
+        if reach_mm > gap.radius_mm() * (1.0 + ROUNDING) {
+            return Err(format!(
+                "cannot be a lens_gap of radius_mm {:?} on a shape that reaches {reach_mm:?} mm from its middle, past \
+                 the sphere",
+                gap.radius_mm()
+            ));
+        }
+        let laid = Laid::LensGap { gap, center, axis, square_mm: unit.millimetres().powi(2) };
+        Ok((laid, gap.at_radius(reach_mm)))
+    }
+
+    fn flow(field: &Arc<FlowField>, shape: &Shape) -> Laid {
+        let chart = match *shape {
+            // A dome lies on its sphere, whatever else is laid over it by its rim.
+            Shape::Cap { center, axis, radius_of_curvature, .. } if field.is_globe() => {
+                Chart::Globe { center: difference(center, scaled(axis, radius_of_curvature)) }
+            }
+            _ => Chart::new(shape),
+        };
+        Laid::Flow(field.clone(), chart)
+    }
+}
+
 impl ThicknessField {
     /// Lays a model over a shape; the message says why the two do not go together.
     pub fn new(model: ThicknessModel, shape: &Shape, unit: Unit) -> Result<ThicknessField, String> {
@@ -168,69 +221,28 @@ impl ThicknessField {
     pub fn over(model: ThicknessModel, ground: &Ground<'_>, unit: Unit) -> Result<ThicknessField, String> {
         let shape = ground.shape;
         let is_plain = ground.is_plain();
+        let by_uv = matches!(model, ThicknessModel::Map(_) | ThicknessModel::Flow(_));
+        if by_uv && ground.mesh.is_some_and(|mesh| mesh.uv.is_none()) {
+            return Err("cannot be a map on this mesh, whose file has no texture coordinates".to_owned());
+        }
         let feet = match &model {
             ThicknessModel::Gradient(_) | ThicknessModel::LensGap(_) if !is_plain => ground.feet(),
             _ => None,
         };
-        if let (ThicknessModel::Map(_) | ThicknessModel::Flow(_), Some(Mesh { uv: None, .. })) = (&model, ground.mesh) {
-            return Err("cannot be a map on this mesh, whose file has no texture coordinates".to_owned());
-        }
         let mut max_nm = model.max_nm();
         let laid = match &model {
             ThicknessModel::Uniform { thickness_nm } => Laid::Uniform(*thickness_nm),
-            ThicknessModel::Gradient(gradient) => {
-                let heights = match &feet {
-                    Some(feet) => feet.first().map(|foot| foot.heights),
-                    None => shape.heights(),
-                };
-                let reach = if is_plain { shape.reach() } else { ground.reach() };
-                let (Some([bottom, top]), Some(reach)) = (heights, reach) else {
-                    return Err("cannot be a gradient on a plane, which has no lowest and no highest point; a wedge \
-                                runs between two points of your choice"
-                        .to_owned());
-                };
-                let is_level = |[bottom, top]: [f64; 2]| top - bottom <= LEVEL * reach;
-                if is_level([bottom, top]) || feet.iter().flatten().any(|foot| is_level(foot.heights)) {
-                    return Err("cannot be a gradient on a shape that lies level and has no height; a wedge runs \
-                                between two points of your choice"
-                        .to_owned());
-                }
-                Laid::Gradient { gradient: *gradient, y_min: bottom, per_height: 1.0 / (top - bottom) }
-            }
+            ThicknessModel::Gradient(gradient) => Laid::gradient(*gradient, ground, feet.as_deref())?,
             ThicknessModel::Wedge(wedge) => Laid::Wedge(*wedge),
             ThicknessModel::LensGap(gap) => {
-                let (center, axis) = match feet.as_ref().and_then(|feet| feet.first()) {
-                    Some(foot) => (foot.center, foot.axis),
-                    None => shape.middle(),
-                };
-                let Some(reach) = (if is_plain { shape.reach() } else { ground.reach() }) else {
-                    return Err("cannot be a lens_gap on a plane, which is wider than any lens".to_owned());
-                };
-                let reach_mm = reach * unit.millimetres();
-                if reach_mm > gap.radius_mm() * (1.0 + ROUNDING) {
-                    return Err(format!(
-                        "cannot be a lens_gap of radius_mm {:?} on a shape that reaches {reach_mm:?} mm from its middle, \
-                         past the sphere",
-                        gap.radius_mm()
-                    ));
-                }
-                max_nm = gap.at_radius(reach_mm);
-                Laid::LensGap { gap: *gap, center, axis, square_mm: unit.millimetres().powi(2) }
+                let (laid, rim_nm) = Laid::lens_gap(*gap, ground, feet.as_deref(), unit)?;
+                max_nm = rim_nm;
+                laid
             }
             ThicknessModel::Map(map) => Laid::Map(map.clone(), Chart::new(shape)),
-            ThicknessModel::Flow(field) => {
-                let chart = match *shape {
-                    // A dome lies on its sphere, whatever else is laid over it by its rim.
-                    Shape::Cap { center, axis, radius_of_curvature, .. } if field.is_globe() => {
-                        Chart::Globe { center: difference(center, scaled(axis, radius_of_curvature)) }
-                    }
-                    _ => Chart::new(shape),
-                };
-                Laid::Flow(field.clone(), chart)
-            }
+            ThicknessModel::Flow(field) => Laid::flow(field, shape),
         };
         let instances = feet.filter(|feet| feet.len() > 1).unwrap_or_default();
-        let by_uv = matches!(model, ThicknessModel::Map(_) | ThicknessModel::Flow(_));
         let needs_place = by_uv && !is_plain || !instances.is_empty();
         Ok(ThicknessField { model, laid, max_nm, uv: ground.uv, needs_place, instances })
     }

@@ -9,7 +9,7 @@ use crate::check::{Checker, list_of, object_path};
 use crate::context::Reading;
 use crate::error::SceneError;
 use crate::lights::light;
-use crate::model::{Camera, Lens, Object, Origin, Projection, RenderSettings, Scene, Surface, Unit};
+use crate::model::{Camera, Lens, Light, Object, Origin, Projection, RenderSettings, Scene, Surface, Unit};
 use crate::objects::object;
 use crate::reader::{Table, as_numbers, as_whole, wrong};
 use crate::schema::{self, Default, Takes};
@@ -44,7 +44,7 @@ struct Parts {
     camera: Camera,
     render: RenderSettings,
     objects: Vec<Object>,
-    lights: Vec<crate::model::Light>,
+    lights: Vec<Light>,
     tree: Node,
 }
 
@@ -52,16 +52,7 @@ struct Parts {
 fn read(node: &Node, checker: &mut Checker<'_>) -> Option<Parts> {
     checker.keys(node, &schema::SCENE, "");
     let root = Table::new(node, &schema::SCENE, "").ok()?;
-    let unit = match root.text("unit") {
-        Ok(name) => Unit::named(name).or_else(|| {
-            checker.complain(root.wrong("unit", "\"m\", \"cm\" or \"mm\""));
-            None
-        }),
-        Err(_) => {
-            checker.complain(root.wrong("unit", "\"m\", \"cm\" or \"mm\""));
-            None
-        }
-    };
+    let unit = unit(&root, checker);
     // Where the unit is wrong, all else is read as if it were the usual one, to be checked.
     let reading = Reading { unit: unit.unwrap_or_default(), origin: checker.origin, is_placed: false };
     let camera = root.get("camera").and_then(|node| {
@@ -72,37 +63,8 @@ fn read(node: &Node, checker: &mut Checker<'_>) -> Option<Parts> {
     let render =
         checker.part(render, &schema::RENDER, "render", || settings(&Table::new(render, &schema::RENDER, "render")?));
 
-    let items = items(&root, "object", checker);
-    let mut names = HashSet::new();
-    let mut objects = Vec::new();
-    for (i, item) in items.iter().enumerate() {
-        let path = object_path(item, i);
-        let read = checker.part(item, &schema::OBJECT, &path, || object(item, i, &reading));
-        // Also of an object that is wrong elsewhere.
-        if let Some(Node { value: Value::Text(name), line }) = item.get("name")
-            && !names.insert(name.clone())
-        {
-            let message = format!("two objects are named \"{name}\"; names must differ");
-            checker.complain(SceneError::new(message).at(format!("object.{i}.name"), *line));
-        } else if item.get("name").is_none()
-            && let Some((object, _)) = &read
-            && !names.insert(object.name.clone())
-        {
-            let message = format!("two objects are named \"{}\"; names must differ", object.name);
-            checker.complain(SceneError::new(message).at(format!("object.{i}.name"), item.line));
-        }
-        objects.extend(read);
-    }
-    let (objects, object_trees): (Vec<Object>, Vec<Node>) = objects.into_iter().unzip();
-    if objects.len() == items.len() {
-        check_outsides(&objects, items, checker);
-    }
-    let mut lights = Vec::new();
-    for (i, item) in self::items(&root, "light", checker).iter().enumerate() {
-        let path = format!("light.{i}");
-        lights.extend(checker.part(item, &schema::LIGHT, &path, || light(item, &path, reading.origin)));
-    }
-    let (lights, light_trees): (Vec<_>, Vec<Node>) = lights.into_iter().unzip();
+    let (objects, object_trees) = objects(&root, &reading, checker);
+    let (lights, light_trees) = lights(&root, &reading, checker);
     let (unit, (camera, camera_tree), (render, render_tree)) = (unit?, camera?, render?);
     let tree = Node::table([
         ("version", Value::Int(1).into()),
@@ -113,6 +75,51 @@ fn read(node: &Node, checker: &mut Checker<'_>) -> Option<Parts> {
         ("light", Value::List(light_trees).into()),
     ]);
     Some(Parts { unit, camera, render, objects, lights, tree })
+}
+
+fn unit(root: &Table<'_>, checker: &mut Checker<'_>) -> Option<Unit> {
+    let unit = root.text("unit").ok().and_then(Unit::named);
+    if unit.is_none() {
+        checker.complain(root.wrong("unit", "\"m\", \"cm\" or \"mm\""));
+    }
+    unit
+}
+
+fn objects(root: &Table<'_>, reading: &Reading<'_>, checker: &mut Checker<'_>) -> (Vec<Object>, Vec<Node>) {
+    let items = items(root, "object", checker);
+    let mut names = HashSet::new();
+    let mut sound = Vec::new();
+    for (i, item) in items.iter().enumerate() {
+        let path = object_path(item, i);
+        let read = checker.part(item, &schema::OBJECT, &path, || object(item, i, reading));
+        // Also of an object that is wrong elsewhere.
+        let name = match (item.get("name"), &read) {
+            (Some(Node { value: Value::Text(name), line }), _) => Some((name.clone(), *line)),
+            (None, Some((object, _))) => Some((object.name.clone(), item.line)),
+            _ => None,
+        };
+        if let Some((name, line)) = name
+            && !names.insert(name.clone())
+        {
+            let message = format!("two objects are named \"{name}\"; names must differ");
+            checker.complain(SceneError::new(message).at(format!("object.{i}.name"), line));
+        }
+        sound.extend(read);
+    }
+    let (objects, trees): (Vec<Object>, Vec<Node>) = sound.into_iter().unzip();
+    if objects.len() == items.len() {
+        check_outsides(&objects, items, checker);
+    }
+    (objects, trees)
+}
+
+fn lights(root: &Table<'_>, reading: &Reading<'_>, checker: &mut Checker<'_>) -> (Vec<Light>, Vec<Node>) {
+    let mut sound = Vec::new();
+    for (i, item) in items(root, "light", checker).iter().enumerate() {
+        let path = format!("light.{i}");
+        sound.extend(checker.part(item, &schema::LIGHT, &path, || light(item, &path, reading.origin)));
+    }
+    sound.into_iter().unzip()
 }
 
 /// The tables of one of the scene's lists; none where it is no such list.
