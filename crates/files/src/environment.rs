@@ -157,8 +157,37 @@ fn read_exr(
     Ok(EnvironmentMap { width: r.width, height: r.height, rgb })
 }
 
+/// A layer that holds colours: its part and name, and its channels R, G, B or thrice Y.
+type Coloured<'a> = ((usize, &'a str), [usize; 3]);
+
 /// The channels R, G, B or thrice Y of the layer that was named; or else of the plain one, or of the only one.
 fn rgb_planes(open: &OpenExr, asked: Option<&str>, report: &mut ReadReport) -> Result<[usize; 3], String> {
+    let pictures = pictures(open);
+    if pictures.is_empty() {
+        return Err(format!("it has the channels {}; R, G and B, or Y alone are needed", open.list()));
+    }
+    // `part:layer` as a user names it: the channel's name without its last part.
+    let called = |planes: &[usize; 3]| {
+        let channel = &open.channels[planes[0]];
+        channel.name[..channel.name.len() - channel.last().len()].trim_end_matches('.').trim_end_matches(':').to_owned()
+    };
+    let names: Vec<String> = pictures.iter().map(|(_, planes)| called(planes)).collect();
+    let (place, why) = match asked {
+        Some(asked) => (named(&names, asked)?, "layer ="),
+        None => plain(&pictures, &names)?,
+    };
+    let planes = pictures[place].1;
+    let taken: Vec<&str> = planes.iter().map(|&plane| open.channels[plane].name.as_str()).collect();
+    report.take("radiance", &taken.join(", "), "", why);
+    let others = open.channels.iter().enumerate().filter(|(other, _)| !planes.contains(other));
+    let others: Vec<&str> = others.map(|(_, channel)| channel.name.as_str()).collect();
+    if !others.is_empty() {
+        report.drop(format!("the channels {}", listed(others)));
+    }
+    Ok(planes)
+}
+
+fn pictures(open: &OpenExr) -> Vec<Coloured<'_>> {
     let mut layers: Vec<(usize, &str)> = Vec::new();
     for channel in &open.channels {
         if !layers.contains(&channel.layer()) {
@@ -174,53 +203,35 @@ fn rgb_planes(open: &OpenExr, asked: Option<&str>, report: &mut ReadReport) -> R
         _ if ["X", "Z", "RY", "BY"].iter().any(|other| find(layer, other).is_some()) => None,
         _ => find(layer, "Y").map(|y| [y, y, y]),
     };
-    let pictures: Vec<((usize, &str), [usize; 3])> =
-        layers.into_iter().filter_map(|layer| Some((layer, colours(layer)?))).collect();
-    if pictures.is_empty() {
-        return Err(format!("it has the channels {}; R, G and B, or Y alone are needed", open.list()));
-    }
-    // `part:layer` as a user names it: the channel's name without its last part.
-    let called = |planes: &[usize; 3]| {
-        let channel = &open.channels[planes[0]];
-        channel.name[..channel.name.len() - channel.last().len()].trim_end_matches('.').trim_end_matches(':').to_owned()
-    };
-    let names: Vec<String> = pictures.iter().map(|(_, planes)| called(planes)).collect();
-    let list = || listed(names.iter().map(String::as_str));
-    let (place, why) = match asked {
-        Some(asked) => {
-            let wanted = asked.trim_end_matches('.');
-            let exact = names.iter().position(|name| name == wanted);
-            let short: Vec<usize> =
-                (0..names.len()).filter(|&place| names[place].rsplit([':', '.']).next() == Some(wanted)).collect();
-            match (exact, short.as_slice()) {
-                (Some(place), _) | (None, &[place]) => (place, "layer ="),
-                _ => return Err(format!("it has no layer {} with colours; there are {}", quoted(asked), list())),
-            }
+    layers.into_iter().filter_map(|layer| Some((layer, colours(layer)?))).collect()
+}
+
+/// The picture that a user asked for, by its whole name or by the last part of it.
+fn named(names: &[String], asked: &str) -> Result<usize, String> {
+    let wanted = asked.trim_end_matches('.');
+    let exact = names.iter().position(|name| name == wanted);
+    let short: Vec<usize> =
+        (0..names.len()).filter(|&place| names[place].rsplit([':', '.']).next() == Some(wanted)).collect();
+    match (exact, short.as_slice()) {
+        (Some(place), _) | (None, &[place]) => Ok(place),
+        _ => {
+            let there = listed(names.iter().map(String::as_str));
+            Err(format!("it has no layer {} with colours; there are {there}", quoted(asked)))
         }
-        None => {
-            let plain: Vec<usize> = (0..pictures.len()).filter(|&place| pictures[place].0.1.is_empty()).collect();
-            match (plain.as_slice(), pictures.len()) {
-                (&[place], _) => (place, "the layer without a name"),
-                ([], 1) => (0, "the only layer with colours"),
-                _ => {
-                    return Err(format!(
-                        "it holds {} pictures in layers or parts; say which: layer = {}",
-                        pictures.len(),
-                        list()
-                    ));
-                }
-            }
-        }
-    };
-    let planes = pictures[place].1;
-    let taken: Vec<&str> = planes.iter().map(|&plane| open.channels[plane].name.as_str()).collect();
-    report.take("radiance", &taken.join(", "), "", why);
-    let others = open.channels.iter().enumerate().filter(|(other, _)| !planes.contains(other));
-    let others: Vec<&str> = others.map(|(_, channel)| channel.name.as_str()).collect();
-    if !others.is_empty() {
-        report.drop(format!("the channels {}", listed(others)));
     }
-    Ok(planes)
+}
+
+/// The picture that is meant where nobody says which, and why.
+fn plain(pictures: &[Coloured<'_>], names: &[String]) -> Result<(usize, &'static str), String> {
+    let plain: Vec<usize> = (0..pictures.len()).filter(|&place| pictures[place].0.1.is_empty()).collect();
+    match (plain.as_slice(), pictures.len()) {
+        (&[place], _) => Ok((place, "the layer without a name")),
+        ([], 1) => Ok((0, "the only layer with colours")),
+        (_, count) => {
+            let there = listed(names.iter().map(String::as_str));
+            Err(format!("it holds {count} pictures in layers or parts; say which: layer = {there}"))
+        }
+    }
 }
 
 #[cfg(test)]

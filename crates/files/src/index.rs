@@ -114,25 +114,7 @@ fn table(rows: &Rows, label: &str, report: &mut ReadReport) -> Result<IndexRows,
             "the wavelengths end at {longest} without a unit; name it in the header, as in \"um,n,k\" or \"nm,n,k\""
         )));
     }
-    let others: Vec<usize> = (0..rows.names.len()).filter(|&place| place != axis.0).collect();
-    let named = others.iter().any(|&place| !rows.names[place].is_empty());
-    let mut parts: Vec<(Part, usize)> = Vec::new();
-    for (order, &place) in others.iter().enumerate() {
-        let part = match named {
-            true => part(&rows.names[place]),
-            false => Some(if order == 0 { Part::N } else { Part::K }),
-        };
-        let Some(part) = part else {
-            return Err(in_file(format!(
-                "the column {} is neither n nor k (nor e1, e2 of a permittivity); the columns must be nm, n and perhaps k",
-                quoted(&rows.called(place))
-            )));
-        };
-        if parts.iter().any(|(known, _)| *known == part) {
-            return Err(in_file(format!("two columns are {}", quoted(&rows.called(place)))));
-        }
-        parts.push((part, place));
-    }
+    let (parts, named) = parts(rows, axis.0).map_err(in_file)?;
     let column = |wanted: Part| parts.iter().find(|(part, _)| *part == wanted).map(|&(_, place)| place);
     let line_of = |i: usize| rows.lines[i];
     let why = if named { "its own name" } else { "the order nm, n, k" };
@@ -161,6 +143,30 @@ fn table(rows: &Rows, label: &str, report: &mut ReadReport) -> Result<IndexRows,
         }
         _ => Err(in_file(format!("the columns must be nm, n and perhaps k; there are {}", rows.list()))),
     }
+}
+
+/// What each column beside the axis is, and whether its name says so rather than its place.
+fn parts(rows: &Rows, axis: usize) -> Result<(Vec<(Part, usize)>, bool), String> {
+    let others: Vec<usize> = (0..rows.names.len()).filter(|&place| place != axis).collect();
+    let named = others.iter().any(|&place| !rows.names[place].is_empty());
+    let mut parts: Vec<(Part, usize)> = Vec::new();
+    for (order, &place) in others.iter().enumerate() {
+        let part = match named {
+            true => part(&rows.names[place]),
+            false => Some(if order == 0 { Part::N } else { Part::K }),
+        };
+        let Some(part) = part else {
+            return Err(format!(
+                "the column {} is neither n nor k (nor e1, e2 of a permittivity); the columns must be nm, n and perhaps k",
+                quoted(&rows.called(place))
+            ));
+        };
+        if parts.iter().any(|(known, _)| *known == part) {
+            return Err(format!("two columns are {}", quoted(&rows.called(place))));
+        }
+        parts.push((part, place));
+    }
+    Ok((parts, named))
 }
 
 /// What a column is by its name.

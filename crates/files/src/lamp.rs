@@ -68,30 +68,12 @@ pub fn read_lamp(bytes: &[u8], label: &str) -> Result<(Illuminant, ReadReport), 
         }
     })?;
     let mut report = ReadReport::new(format!("text, {}, {encoding}", rows.dialect));
-    let at = |line: usize, why: String| format!("{label}:{line}: {why}");
-    if let Some((line, word)) = rows.first_missing.as_ref().or(rows.garbage.as_ref()) {
-        return Err(at(*line, format!("expected two finite numbers (wavelength_nm, power), got {}", quoted(word))));
-    }
-    if let Some((line, words)) = &rows.trailer
-        && words.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '.'))
-    {
-        return Err(at(*line, format!("expected two finite numbers (wavelength_nm, power), got {}", quoted(words))));
-    }
+    only_numbers(&rows, label)?;
     let axis = find_axis(&rows, None).map_err(in_file)?;
-    let others: Vec<usize> = (0..rows.names.len()).filter(|&place| place != axis.0).collect();
-    let &[place] = others.as_slice() else {
-        let names: Vec<String> = others.iter().map(|&place| rows.called(place)).collect();
-        return Err(at(
-            rows.lines[0],
-            format!(
-                "expected two numbers a row (wavelength_nm, power), there are {}: {}",
-                rows.names.len(),
-                listed(names.iter().map(String::as_str))
-            ),
-        ));
-    };
+    let place = only_other(&rows, axis.0, label)?;
     if let Some(at_row) = rows.columns[axis.0].iter().position(|value| *value <= 0.0) {
-        return Err(at(rows.lines[at_row], format!("wavelengths must be > 0, got {}", rows.columns[axis.0][at_row])));
+        let (line, value) = (rows.lines[at_row], rows.columns[axis.0][at_row]);
+        return Err(format!("{label}:{line}: wavelengths must be > 0, got {value}"));
     }
     let nm = wavelengths(&rows, axis, None, None, &mut report).map_err(in_file)?;
     if let Some(meaning) = other_quantity(&rows.names[place]) {
@@ -99,11 +81,46 @@ pub fn read_lamp(bytes: &[u8], label: &str) -> Result<(Illuminant, ReadReport), 
         return Err(format!("{label}: the column {name} {meaning}; a lamp is power per wavelength, in any unit"));
     }
     report.take("power", &rows.called(place), "relative", "the only column beside the axis");
+    let power = cleaned(&rows, place, label, &mut report)?;
+    let (nm, power) = ascending(nm, power, &rows.lines, label, &mut report)?;
+    let made = Illuminant::from_table(nm, power, label).map_err(|error| error.to_string())?;
+    Ok((made, report))
+}
+
+/// Refuses rows with words or gaps in them, and what looks like further rows.
+fn only_numbers(rows: &Rows, label: &str) -> Result<(), String> {
+    let starts_a_number = |words: &str| words.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '.'));
+    let trailer = rows.trailer.as_ref().filter(|(_, words)| starts_a_number(words));
+    match rows.first_missing.as_ref().or(rows.garbage.as_ref()).or(trailer) {
+        None => Ok(()),
+        Some((line, word)) => {
+            Err(format!("{label}:{line}: expected two finite numbers (wavelength_nm, power), got {}", quoted(word)))
+        }
+    }
+}
+
+/// The one column beside the axis.
+fn only_other(rows: &Rows, axis: usize, label: &str) -> Result<usize, String> {
+    let others: Vec<usize> = (0..rows.names.len()).filter(|&place| place != axis).collect();
+    if let &[place] = others.as_slice() {
+        return Ok(place);
+    }
+    let names: Vec<String> = others.iter().map(|&place| rows.called(place)).collect();
+    Err(format!(
+        "{label}:{}: expected two numbers a row (wavelength_nm, power), there are {}: {}",
+        rows.lines[0],
+        rows.names.len(),
+        listed(names.iter().map(String::as_str))
+    ))
+}
+
+/// Power >= 0, small enough for sums.
+fn cleaned(rows: &Rows, place: usize, label: &str, report: &mut ReadReport) -> Result<Vec<f64>, String> {
     let mut power = rows.columns[place].clone();
     let top = power.iter().copied().fold(0.0, f64::max);
     let negative: Vec<usize> = (0..power.len()).filter(|&i| power[i] < 0.0).collect();
     if let Some(&deep) = negative.iter().find(|&&i| power[i] < -NOISE * top) {
-        return Err(at(rows.lines[deep], format!("power must be >= 0, got {}", power[deep])));
+        return Err(format!("{label}:{}: power must be >= 0, got {}", rows.lines[deep], power[deep]));
     }
     if !negative.is_empty() {
         report.note(format!("{} values below 0, within 5 % of the greatest, count as 0", negative.len()));
@@ -113,23 +130,30 @@ pub fn read_lamp(bytes: &[u8], label: &str) -> Result<(Illuminant, ReadReport), 
         report.note("the values are divided by their greatest, so that their sums stay finite");
         power.iter_mut().for_each(|power| *power /= top);
     }
+    Ok(power)
+}
+
+/// Every wavelength once, in order. `lines` are those they stand on.
+fn ascending(
+    nm: Vec<f64>,
+    power: Vec<f64>,
+    lines: &[usize],
+    label: &str,
+    report: &mut ReadReport,
+) -> Result<(Vec<f64>, Vec<f64>), String> {
     let mut pairs: Vec<(f64, f64, usize)> =
-        nm.into_iter().zip(power).zip(&rows.lines).map(|((nm, power), &line)| (nm, power, line)).collect();
+        nm.into_iter().zip(power).zip(lines).map(|((nm, power), &line)| (nm, power, line)).collect();
     if pairs.windows(2).any(|pair| pair[1].0 < pair[0].0) {
         report.note("the wavelengths did not ascend; they have been sorted");
     }
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
     if let Some(pair) = pairs.windows(2).find(|pair| pair[0].0 == pair[1].0 && pair[0].1 != pair[1].1) {
         let (first, second) = (pair[0].2.min(pair[1].2), pair[0].2.max(pair[1].2));
-        return Err(at(
-            second,
-            format!("the wavelength {} nm stands on line {first} too, with another power", pair[0].0),
-        ));
+        let nm = pair[0].0;
+        return Err(format!("{label}:{second}: the wavelength {nm} nm stands on line {first} too, with another power"));
     }
     pairs.dedup_by(|a, b| a.0 == b.0);
-    let (nm, power) = pairs.into_iter().map(|(nm, power, _)| (nm, power)).unzip();
-    let made = Illuminant::from_table(nm, power, label).map_err(|error| error.to_string())?;
-    Ok((made, report))
+    Ok(pairs.into_iter().map(|(nm, power, _)| (nm, power)).unzip())
 }
 
 #[cfg(test)]

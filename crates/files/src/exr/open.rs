@@ -106,16 +106,12 @@ pub fn open_exr(bytes: &[u8], watch: &Watch) -> Result<OpenExr, String> {
         for channel in layer.channel_data.list {
             watch.check().map_err(|stopped| stopped.to_string())?;
             let short = channel.name.to_string();
+            let name = if several { format!("{called}:{short}") } else { short.clone() };
             // A subsampled channel has fewer values than the picture has pixels.
             if channel.sample_data.len() != width * height {
                 return Err(format!("its channel {} has fewer values than the picture has pixels", quoted(&short)));
             }
-            let is_whole = matches!(channel.sample_data, FlatSamples::U32(_));
-            let values = match channel.sample_data {
-                FlatSamples::F32(values) => values,
-                other => other.values_as_f32().collect(),
-            };
-            let name = if several { format!("{called}:{short}") } else { short.clone() };
+            let (values, is_whole) = floats(channel.sample_data);
             open.channels.push(Channel { name, short, part, width, height, values, is_whole });
         }
     }
@@ -123,6 +119,16 @@ pub fn open_exr(bytes: &[u8], watch: &Watch) -> Result<OpenExr, String> {
         return Err("it has no channels".into());
     }
     Ok(open)
+}
+
+/// The values of a channel, and whether they are whole numbers.
+fn floats(samples: FlatSamples) -> (Vec<f32>, bool) {
+    let is_whole = matches!(samples, FlatSamples::U32(_));
+    let values = match samples {
+        FlatSamples::F32(values) => values,
+        other => other.values_as_f32().collect(),
+    };
+    (values, is_whole)
 }
 
 /// What the attributes of a part say; those of other kinds than ours are left out.

@@ -68,7 +68,29 @@ pub(super) const ENCODING: Encoding =
 /// No exposure is applied. The standard attributes `chromaticities` and `software` are set; facts become attributes of
 /// their own name (`string`, `int`, `double`), `Software` the standard one.
 pub fn write_exr(path: &Path, picture: &Picture<'_>, facts: &Facts, stop: Stop<'_>) -> Result<(), FileError> {
-    let Picture { width, height, xyz, is_half, ref planes } = *picture;
+    check(picture)?;
+    let attributes = attributes(facts)?;
+    let channels = channels(picture, stop)?;
+    let size = Vec2(picture.width as usize, picture.height as usize);
+    let layer = Layer::new(size, attributes, ENCODING, AnyChannels::sort(channels));
+    let mut image = Image::from_layer(layer);
+    image.attributes.chromaticities = Some(rec709());
+    write_whole(path, stop, |out| {
+        let mut buffered = BufWriter::new(&mut *out);
+        let written = image.write().to_buffered(&mut buffered);
+        written.map_err(|error| match error {
+            exr::error::Error::Io(source) => source,
+            other => io::Error::other(other.to_string()),
+        })?;
+        buffered.flush()?;
+        drop(buffered);
+        sort_attributes(out)
+    })
+}
+
+/// Refuses planes of other sizes than the picture's, and pictures that no EXR holds.
+fn check(picture: &Picture<'_>) -> Result<(), FileError> {
+    let Picture { width, height, xyz, ref planes, .. } = *picture;
     let mut sizes = vec![("xyz", xyz.len(), 3)];
     for plane in planes {
         let length = match plane.values {
@@ -86,19 +108,29 @@ pub fn write_exr(path: &Path, picture: &Picture<'_>, facts: &Facts, stop: Stop<'
             i32::MAX
         )));
     }
-    let attributes = attributes(facts)?;
+    Ok(())
+}
 
+/// Refuses a channel's name that another has, or that the format cannot hold.
+fn check_name(name: &str, channels: &[AnyChannel<FlatSamples>]) -> Result<(), FileError> {
+    if channels.iter().any(|channel| channel.name == *name) {
+        return Err(FileError::Argument(format!("two channels of an EXR are called {name:?}")));
+    }
+    if name.is_empty() || name.len() > 255 || Text::new_or_none(name).is_none() {
+        return Err(FileError::Argument(format!("a channel's name has 1 to 255 Latin-1 letters, got {name:?}")));
+    }
+    Ok(())
+}
+
+/// Every channel: linear Rec.709, XYZ, then the planes.
+fn channels(picture: &Picture<'_>, stop: Stop<'_>) -> Result<SmallVec<[AnyChannel<FlatSamples>; 4]>, FileError> {
+    let Picture { xyz, is_half, ref planes, .. } = *picture;
     let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
     let mut add = |name: &str, values: &dyn Fn() -> FlatSamples| {
         if stop() {
             return Err(FileError::Cancelled);
         }
-        if channels.iter().any(|channel| channel.name == *name) {
-            return Err(FileError::Argument(format!("two channels of an EXR are called {name:?}")));
-        }
-        if name.is_empty() || name.len() > 255 || Text::new_or_none(name).is_none() {
-            return Err(FileError::Argument(format!("a channel's name has 1 to 255 Latin-1 letters, got {name:?}")));
-        }
+        check_name(name, &channels)?;
         channels.push(AnyChannel::new(name, values()));
         Ok(())
     };
@@ -125,22 +157,7 @@ pub fn write_exr(path: &Path, picture: &Picture<'_>, facts: &Facts, stop: Stop<'
             })?;
         }
     }
-
-    let size = Vec2(width as usize, height as usize);
-    let layer = Layer::new(size, attributes, ENCODING, AnyChannels::sort(channels));
-    let mut image = Image::from_layer(layer);
-    image.attributes.chromaticities = Some(rec709());
-    write_whole(path, stop, |out| {
-        let mut buffered = BufWriter::new(&mut *out);
-        let written = image.write().to_buffered(&mut buffered);
-        written.map_err(|error| match error {
-            exr::error::Error::Io(source) => source,
-            other => io::Error::other(other.to_string()),
-        })?;
-        buffered.flush()?;
-        drop(buffered);
-        sort_attributes(out)
-    })
+    Ok(channels)
 }
 
 /// One component of every pixel.

@@ -222,70 +222,85 @@ fn common_width(rows: &[Parsed]) -> usize {
 }
 
 fn finish(reading: Reading, lines: &[&str]) -> Result<Rows, String> {
-    let Reading { dialect, rows, mut width, mut names, others } = reading;
-    // A separator at the end of every row is no column.
-    while width > 2
-        && names.get(width - 1).is_none_or(String::is_empty)
-        && rows.iter().all(|row| {
-            row.cells.get(width - 1).is_none_or(|cell| matches!(cell, Cell::Missing(word) if word.is_empty()))
-        })
-    {
-        width -= 1;
+    let Reading { dialect, rows, width: all, mut names, others } = reading;
+    let width = without_blank_ends(&rows, all, &names);
+    if width < all {
         names.truncate(width);
     }
-    let mut columns = vec![Vec::with_capacity(rows.len()); width];
-    let mut numbers = Vec::with_capacity(rows.len());
-    let (mut missing, mut garbage, mut ragged, mut first_missing) = (0, None, None, None);
-    let first_line = rows[0].line;
-    let last_line = rows[rows.len() - 1].line;
+    let above = &lines[..rows[0].line - 1];
+    let header: Vec<String> =
+        above.iter().filter(|line| !line.trim().is_empty()).map(|&line| line.to_owned()).collect();
+    let comments: Vec<&str> = header.iter().filter_map(|line| line.trim().strip_prefix('#')).map(str::trim).collect();
+    let comment = comments.join(" ");
+    let trailer = trailer(lines, rows[rows.len() - 1].line);
+    let mut table = Rows {
+        names,
+        columns: vec![Vec::with_capacity(rows.len()); width],
+        lines: Vec::with_capacity(rows.len()),
+        header,
+        dialect: dialect.words,
+        missing: 0,
+        first_missing: None,
+        trailer,
+        garbage: None,
+        ragged: None,
+        others,
+        comment,
+    };
     for row in rows {
-        let used = row
-            .cells
-            .iter()
-            .rposition(|cell| !matches!(cell, Cell::Missing(word) if word.is_empty()))
-            .map_or(0, |last| last + 1);
-        if (used > width || row.cells.len() < width) && ragged.is_none() {
-            ragged = Some((row.line, used));
+        table.push(row);
+    }
+    Ok(table)
+}
+
+fn is_blank(cell: &Cell) -> bool {
+    matches!(cell, Cell::Missing(word) if word.is_empty())
+}
+
+/// The width without columns that have neither a name nor a value: a separator at the end of every row is no column.
+fn without_blank_ends(rows: &[Parsed], mut width: usize, names: &[String]) -> usize {
+    let is_unused = |place: usize| {
+        names.get(place).is_none_or(String::is_empty)
+            && rows.iter().all(|row| row.cells.get(place).is_none_or(is_blank))
+    };
+    while width > 2 && is_unused(width - 1) {
+        width -= 1;
+    }
+    width
+}
+
+/// The first line under the table, whose last line is `last_line`, that is no comment.
+fn trailer(lines: &[&str], last_line: usize) -> Option<(usize, String)> {
+    let is_said = |line: &str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
+    let below = lines[last_line..].iter().enumerate();
+    below.map(|(place, line)| (last_line + place + 1, line)).find(|(_, line)| is_said(line)).map(|(number, line)| {
+        let words = line.trim().to_owned();
+        (number, words)
+    })
+}
+
+impl Rows {
+    fn push(&mut self, row: Parsed) {
+        let width = self.columns.len();
+        let used = row.cells.iter().rposition(|cell| !is_blank(cell)).map_or(0, |last| last + 1);
+        if (used > width || row.cells.len() < width) && self.ragged.is_none() {
+            self.ragged = Some((row.line, used));
         }
-        numbers.push(row.line);
+        self.lines.push(row.line);
         let mut cells = row.cells.into_iter();
-        for column in &mut columns {
+        for column in &mut self.columns {
             let cell = cells.next().unwrap_or(Cell::Missing(String::new()));
             if !cell.is_number() {
-                missing += 1;
+                self.missing += 1;
             }
             column.push(cell.value());
             match cell {
-                Cell::Garbage(word) if garbage.is_none() => garbage = Some((row.line, word)),
-                Cell::Missing(word) if first_missing.is_none() => first_missing = Some((row.line, word)),
+                Cell::Garbage(word) if self.garbage.is_none() => self.garbage = Some((row.line, word)),
+                Cell::Missing(word) if self.first_missing.is_none() => self.first_missing = Some((row.line, word)),
                 _ => {}
             }
         }
     }
-    let header: Vec<String> =
-        lines[..first_line - 1].iter().filter(|line| !line.trim().is_empty()).map(|line| (*line).to_owned()).collect();
-    let comments: Vec<&str> = header.iter().filter_map(|line| line.trim().strip_prefix('#')).map(str::trim).collect();
-    let comment = comments.join(" ");
-    let trailer = lines[last_line..]
-        .iter()
-        .enumerate()
-        .find(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'))
-        .map(|(place, line)| (last_line + place + 1, line.trim().to_owned()));
-    let dialect = dialect.words;
-    Ok(Rows {
-        names,
-        columns,
-        lines: numbers,
-        header,
-        dialect,
-        missing,
-        first_missing,
-        trailer,
-        garbage,
-        ragged,
-        others,
-        comment,
-    })
 }
 
 /// A number with both marks, `1,234.5` or `1.234,5`, groups thousands: which is which cannot be told safely. So does `1,234`
