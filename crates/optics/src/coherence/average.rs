@@ -109,6 +109,13 @@ struct Place {
     weight: f64,
 }
 
+/// Points at places: wavelength, weight, and thickness of each layer.
+struct Samples {
+    wavelengths: Vec<f64>,
+    weights: Vec<f64>,
+    thicknesses: Vec<Vec<f64>>,
+}
+
 impl<'a> Problem<'a> {
     fn new(request: &'a AverageRequest<'a>) -> Result<Problem<'a>, OpticsError> {
         let layers = request.coherent.len();
@@ -199,7 +206,25 @@ impl<'a> Problem<'a> {
 
     /// Of each point the weighted sum over some places, and the sum of the weights.
     fn pass(&self, places: &[Place], watch: &Watch) -> Result<Vec<[f64; 2]>, OpticsError> {
-        let AverageRequest { wavelength_nm, angle_deg, thickness_nm, thickness_sd_nm, .. } = self.request;
+        let points = self.request.wavelength_nm.len();
+        let samples = self.samples(places)?;
+        let tables = self.tables(&samples.wavelengths)?;
+        let values = match self.in_series {
+            Some(layer) => self.in_closed_form(layer, &samples.wavelengths, &tables, &samples.thicknesses, watch)?,
+            None => self.swept(&samples, &tables, places.len(), watch)?,
+        };
+        let mut sums = vec![[0.0; 2]; points];
+        for (at, (value, weight)) in values.iter().zip(&samples.weights).enumerate() {
+            let sum = &mut sums[at % points];
+            sum[0] += weight * value;
+            sum[1] += weight;
+        }
+        Ok(sums)
+    }
+
+    /// Every point at every place, place after place.
+    fn samples(&self, places: &[Place]) -> Result<Samples, OpticsError> {
+        let AverageRequest { wavelength_nm, thickness_nm, thickness_sd_nm, .. } = self.request;
         let (points, layers) = (wavelength_nm.len(), self.layers);
         let count = places.len() * points;
         let mut wavelengths = Vec::with_capacity(count);
@@ -230,34 +255,32 @@ impl<'a> Problem<'a> {
                 weights.push(weight);
             }
         }
-        let tables = self.tables(&wavelengths)?;
-        let values = match self.in_series {
-            Some(layer) => self.in_closed_form(layer, &wavelengths, &tables, &thicknesses, watch)?,
-            None => {
-                let mut values = vec![0.0; count];
-                let each = |values| Operand { values, strides: vec![1] };
-                let angles: Vec<f64> = (0..places.len()).flat_map(|_| angle_deg.iter().copied()).collect();
-                let request = SweepRequest {
-                    quantity: Quantity::Power(self.request.power),
-                    polarization: self.request.polarization,
-                    indices: tables.iter().map(Vec::as_slice).collect(),
-                    coherent: self.request.coherent.to_vec(),
-                    shape: vec![count],
-                    wavelength_nm: each(wavelengths.as_slice()),
-                    angle_deg: each(angles.as_slice()),
-                    thickness_nm: thicknesses.iter().map(|column| each(column.as_slice())).collect(),
-                };
-                Sweep::new(request)?.watched(watch).evaluate(&mut values)?;
-                values
-            }
+        Ok(Samples { wavelengths, weights, thicknesses })
+    }
+
+    fn swept(
+        &self,
+        samples: &Samples,
+        tables: &[Vec<Complex64>],
+        places: usize,
+        watch: &Watch,
+    ) -> Result<Vec<f64>, OpticsError> {
+        let angle_deg = self.request.angle_deg;
+        let angles: Vec<f64> = (0..places).flat_map(|_| angle_deg.iter().copied()).collect();
+        let each = |values| Operand { values, strides: vec![1] };
+        let request = SweepRequest {
+            quantity: Quantity::Power(self.request.power),
+            polarization: self.request.polarization,
+            indices: tables.iter().map(Vec::as_slice).collect(),
+            coherent: self.request.coherent.to_vec(),
+            shape: vec![samples.weights.len()],
+            wavelength_nm: each(samples.wavelengths.as_slice()),
+            angle_deg: each(angles.as_slice()),
+            thickness_nm: samples.thicknesses.iter().map(|column| each(column.as_slice())).collect(),
         };
-        let mut sums = vec![[0.0; 2]; points];
-        for (at, (value, weight)) in values.iter().zip(&weights).enumerate() {
-            let sum = &mut sums[at % points];
-            sum[0] += weight * value;
-            sum[1] += weight;
-        }
-        Ok(sums)
+        let mut values = vec![0.0; samples.weights.len()];
+        Sweep::new(request)?.watched(watch).evaluate(&mut values)?;
+        Ok(values)
     }
 
     /// Of each medium its index at each wavelength, or the one that holds at all.

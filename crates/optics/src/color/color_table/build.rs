@@ -45,6 +45,62 @@ pub struct ColorTableRequest {
     pub tolerance: f64,
 }
 
+/// The coarsest table worth a try: nodes for each fringe, and an axis of angles on which fringes stay where they are.
+fn first_shape(
+    asked: &ColorRequest,
+    layer: usize,
+    range_nm: [f64; 2],
+    range_deg: [f64; 2],
+) -> Result<ColorTableShape, OpticsError> {
+    let at = |place: usize| asked.media[place].index_extended(REDUCED_NM).map(|(index, _)| index);
+    let (first, film) = (at(0)?, at(layer + 1)?);
+    let turns = 2.0 * film.re * (range_nm[1] - range_nm[0]).max(0.0) / 430.0;
+    if turns > MOST_TURNS {
+        return Err(OpticsError::Argument(format!(
+            "thickness_nm from {} to {} runs through {turns:.0} fringes, and a table holds {MOST_TURNS} at most",
+            range_nm[0], range_nm[1]
+        )));
+    }
+    let mut shape = ColorTableShape {
+        rows: if range_deg[0] == range_deg[1] { 1 } else { 8 + ((range_deg[1] - range_deg[0]) / 4.0) as usize },
+        columns: (24.0 + 10.0 * turns) as usize,
+        range_nm,
+        range_deg,
+        inverse_square: 0.0,
+        white: [1.0; 3],
+        max_delta_e: 0.0,
+        mean_delta_e: 0.0,
+        probes: 0,
+    };
+    shape.rows = shape.rows.min(MOST_NODES / shape.columns).max(1);
+    let inverse_square = (first.re / film.re).powi(2);
+    let steep = 1.0 - range_deg[1].to_radians().sin().powi(2) * inverse_square;
+    if film.im < 0.1 * film.re && steep > 0.2 {
+        shape.inverse_square = inverse_square;
+    }
+    shape.check()?;
+    Ok(shape)
+}
+
+impl ColorTableShape {
+    /// More nodes along the axis that `worst` comes from; `on_rows` is the largest error at the angles of the nodes.
+    fn refine(&mut self, worst: f64, on_rows: f64, tolerance: f64) {
+        let finer_columns = CAUTION * on_rows > 0.5 * tolerance;
+        let finer_rows = self.rows > 1 && worst > 2.0 * on_rows;
+        // An error of the fourth order falls by 16 where steps are halved.
+        let finer = |count: usize, wanted: f64| {
+            let factor = (1.1 * (CAUTION * wanted / tolerance).powf(0.25)).clamp(1.4, 2.5);
+            (count as f64 * factor) as usize
+        };
+        if finer_columns || !finer_rows {
+            self.columns = finer(self.columns, 2.0 * on_rows);
+        }
+        if finer_rows || (!finer_columns && self.rows > 1) {
+            self.rows = finer(self.rows, 2.0 * worst);
+        }
+    }
+}
+
 impl ColorTable {
     /// Builds a table whose stated error keeps to the tolerance.
     ///
@@ -62,33 +118,7 @@ impl ColorTable {
         }
         Bounds::above("max_delta_e", 0.0).check(tolerance)?;
         let asked = ColorRequest { space: Space::Xyz, adaptation: Adaptation::None, gamut: None, ..color };
-        let at = |place: usize| asked.media[place].index_extended(REDUCED_NM).map(|(index, _)| index);
-        let (first, film) = (at(0)?, at(layer + 1)?);
-        let turns = 2.0 * film.re * (range_nm[1] - range_nm[0]).max(0.0) / 430.0;
-        if turns > MOST_TURNS {
-            return Err(OpticsError::Argument(format!(
-                "thickness_nm from {} to {} runs through {turns:.0} fringes, and a table holds {MOST_TURNS} at most",
-                range_nm[0], range_nm[1]
-            )));
-        }
-        let mut shape = ColorTableShape {
-            rows: if range_deg[0] == range_deg[1] { 1 } else { 8 + ((range_deg[1] - range_deg[0]) / 4.0) as usize },
-            columns: (24.0 + 10.0 * turns) as usize,
-            range_nm,
-            range_deg,
-            inverse_square: 0.0,
-            white: [1.0; 3],
-            max_delta_e: 0.0,
-            mean_delta_e: 0.0,
-            probes: 0,
-        };
-        shape.rows = shape.rows.min(MOST_NODES / shape.columns).max(1);
-        let inverse_square = (first.re / film.re).powi(2);
-        let steep = 1.0 - range_deg[1].to_radians().sin().powi(2) * inverse_square;
-        if film.im < 0.1 * film.re && steep > 0.2 {
-            shape.inverse_square = inverse_square;
-        }
-        shape.check()?;
+        let mut shape = first_shape(&asked, layer, range_nm, range_deg)?;
         let colors = StackColor::new(asked)?;
         shape.white = colors.white()?;
         let exact = Exact { colors, thickness_nm, layer, watch };
@@ -112,19 +142,7 @@ impl ColorTable {
                 return Ok(ColorTable { shape, extended: exact.colors.extended(), ..table });
             }
             let on_rows = if shape.rows == 1 { worst } else { table.probe(&exact, Where::OnRows)?.worst() };
-            let finer_columns = CAUTION * on_rows > 0.5 * tolerance;
-            let finer_rows = shape.rows > 1 && worst > 2.0 * on_rows;
-            // An error of the fourth order falls by 16 where steps are halved.
-            let finer = |count: usize, wanted: f64| {
-                let factor = (1.1 * (CAUTION * wanted / tolerance).powf(0.25)).clamp(1.4, 2.5);
-                (count as f64 * factor) as usize
-            };
-            if finer_columns || !finer_rows {
-                shape.columns = finer(shape.columns, 2.0 * on_rows);
-            }
-            if finer_rows || (!finer_columns && shape.rows > 1) {
-                shape.rows = finer(shape.rows, 2.0 * worst);
-            }
+            shape.refine(worst, on_rows, tolerance);
             if shape.rows.saturating_mul(shape.columns) > MOST_NODES || vain == 4 {
                 break;
             }
