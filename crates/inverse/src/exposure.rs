@@ -241,29 +241,9 @@ fn step(
         let table = sample.table(i, tables);
         let (m, slope) = table.film_and_slope(one.thickness_nm);
         let y = sample.pixel(i);
-        let mut errors = [[0.0_f64; 3]; 3];
-        let gain = f64::from(at.gain);
-        for c in 0..3 {
-            if y[c].is_nan() || y[c] >= at.clip[c] || (at.cut_at_zero && y[c] <= 0.0) {
-                errors[c][c] = UNKNOWN; // says nothing
-                continue;
-            }
-            let value = f64::from(y[c].max(0.0));
-            errors[c][c] = (f64::from(at.noise[c][0])
-                + f64::from(at.noise[c][1]) * value
-                + (f64::from(at.unknown) * value).powi(2))
-            .max(1e-14);
-        }
-        let said: [bool; 3] = std::array::from_fn(|c| errors[c][c] < UNKNOWN);
-        let shading = f64::from(at.shading).powi(2);
-        for a in 0..3 {
-            for b in (0..3).filter(|&b| said[a] && said[b]) {
-                let (ga, gb) = (gain * f64::from(m[a]), gain * f64::from(m[b]));
-                let (sa, sb) = (gain * f64::from(slope[a]), gain * f64::from(slope[b]));
-                errors[a][b] += shading * ga * gb + MOVED_NM * MOVED_NM * sa * sb;
-            }
-        }
+        let (errors, said) = errors(at, y, m, slope);
         let Some(weight) = inverse(&errors) else { continue };
+        let gain = f64::from(at.gain);
         let left: [f64; 3] = std::array::from_fn(|c| {
             if said[c] { f64::from(y[c]) - f64::from(at.haze[c]) - gain * f64::from(m[c]) } else { 0.0 }
         });
@@ -291,15 +271,45 @@ fn step(
     for (k, row) in normal.iter_mut().enumerate().skip(1) {
         row[k] += 1.0 / (size * size).max(1e-18);
     }
+    let [gain, haze @ ..] = without_negative_haze(&normal)?;
+    let gain = gain.clamp(0.05 * level, 5.0 * level);
+    gain.is_finite().then(|| (gain as f32, haze.map(|h| h as f32)))
+}
+
+/// What the three channels of a pixel are off by, each and together, and which of them say anything.
+fn errors(at: &Exposure, y: [f32; 3], m: [f32; 3], slope: [f32; 3]) -> ([[f64; 3]; 3], [bool; 3]) {
+    let mut errors = [[0.0_f64; 3]; 3];
+    let gain = f64::from(at.gain);
+    for c in 0..3 {
+        if y[c].is_nan() || y[c] >= at.clip[c] || (at.cut_at_zero && y[c] <= 0.0) {
+            errors[c][c] = UNKNOWN; // says nothing
+            continue;
+        }
+        let value = f64::from(y[c].max(0.0));
+        errors[c][c] =
+            (f64::from(at.noise[c][0]) + f64::from(at.noise[c][1]) * value + (f64::from(at.unknown) * value).powi(2))
+                .max(1e-14);
+    }
+    let said: [bool; 3] = std::array::from_fn(|c| errors[c][c] < UNKNOWN);
+    let shading = f64::from(at.shading).powi(2);
+    for a in 0..3 {
+        for b in (0..3).filter(|&b| said[a] && said[b]) {
+            let (ga, gb) = (gain * f64::from(m[a]), gain * f64::from(m[b]));
+            let (sa, sb) = (gain * f64::from(slope[a]), gain * f64::from(slope[b]));
+            errors[a][b] += shading * ga * gb + MOVED_NM * MOVED_NM * sa * sb;
+        }
+    }
+    (errors, said)
+}
+
+/// The solution without the hazes that would be below zero.
+fn without_negative_haze(normal: &[[f64; 5]; 4]) -> Option<[f64; 4]> {
     let mut free = [true; 4];
     loop {
-        let found = solved(&normal, free)?;
+        let found = solved(normal, free)?;
         match (1..4).filter(|&k| free[k] && found[k] < 0.0).min_by(|&a, &b| found[a].total_cmp(&found[b])) {
             Some(worst) => free[worst] = false,
-            None => {
-                let gain = found[0].clamp(0.05 * level, 5.0 * level);
-                return gain.is_finite().then(|| (gain as f32, [found[1], found[2], found[3]].map(|h| h as f32)));
-            }
+            None => return Some(found),
         }
     }
 }

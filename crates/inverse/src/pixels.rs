@@ -127,22 +127,29 @@ pub type Candidates = [Candidate; MOST];
 /// No candidate.
 pub const NONE: Candidate = Candidate { thickness_nm: f32::NAN, likelihood: 0.0, sd_nm: 0.0 };
 
+/// Refuses a table or an exposure that makes no sense.
+fn check(step_nm: f32, model: &[Vec<f32>; 3], of: &Exposure) -> Result<(), InverseError> {
+    let count = model[0].len();
+    let positive =
+        of.gain > 0.0 && of.temper >= 1.0 && of.shading >= 0.0 && of.noise.iter().flatten().all(|n| *n >= 0.0);
+    if count < 3
+        || model.iter().any(|m| m.len() != count || m.iter().any(|v| !v.is_finite()))
+        || step_nm.is_nan()
+        || step_nm <= 0.0
+    {
+        return Err(InverseError::Argument(format!("a table of {count} thicknesses by {step_nm} nm is none")));
+    }
+    if !positive || of.haze.iter().any(|h| !h.is_finite()) {
+        return Err(InverseError::Argument(format!("an exposure must be positive and finite, got {of:?}")));
+    }
+    Ok(())
+}
+
 impl PixelTable {
     /// A table of `model[c][k]` for thicknesses `first_nm + k step_nm`, under an exposure.
     pub fn new(first_nm: f32, step_nm: f32, model: &[Vec<f32>; 3], of: &Exposure) -> Result<PixelTable, InverseError> {
+        check(step_nm, model, of)?;
         let count = model[0].len();
-        let positive =
-            of.gain > 0.0 && of.temper >= 1.0 && of.shading >= 0.0 && of.noise.iter().flatten().all(|n| *n >= 0.0);
-        if count < 3
-            || model.iter().any(|m| m.len() != count || m.iter().any(|v| !v.is_finite()))
-            || step_nm.is_nan()
-            || step_nm <= 0.0
-        {
-            return Err(InverseError::Argument(format!("a table of {count} thicknesses by {step_nm} nm is none")));
-        }
-        if !positive || of.haze.iter().any(|h| !h.is_finite()) {
-            return Err(InverseError::Argument(format!("an exposure must be positive and finite, got {of:?}")));
-        }
         let shading = 1.0 / (of.shading * of.shading).max(1e-8);
         let mut table = PixelTable {
             first_nm,
@@ -168,40 +175,45 @@ impl PixelTable {
             bare: of.cut_at_zero,
         };
         for k in 0..count {
-            let m: [f32; 3] = std::array::from_fn(|c| table.model[c][k]);
-            let w: [f32; 3] = std::array::from_fn(|c| table.weight_of(c, m[c]));
-            for (pattern, known) in table.known.iter_mut().enumerate() {
-                let of = || (0..3).filter(|c| pattern >> c & 1 == 1);
-                let square: f32 = of().map(|c| w[c] * m[c] * m[c]).sum();
-                let volume = 0.5 * (1.0 + square / shading).ln() - 0.5 * of().map(|c| w[c].ln()).sum::<f32>();
-                known.inverse.push(1.0 / (square + shading));
-                known.constant.push(volume + 0.5 * shading);
-            }
-            let inverse = table.known[ALL].inverse[k];
-            for c in 0..3 {
-                table.weight[c].push(w[c]);
-                table.weighted[c].push(w[c] * m[c]);
-            }
-            let constant = table.known[ALL].constant[k];
-            table.columns.push([w[0], w[1], w[2], w[0] * m[0], w[1] * m[1], w[2] * m[2], inverse, constant]);
-            // The slope, less its part along m, which a change of gain imitates.
-            let (a, b) = (k.saturating_sub(1), (k + 1).min(count - 1));
-            let slope: [f32; 3] =
-                std::array::from_fn(|c| (table.model[c][b] - table.model[c][a]) / ((b - a) as f32 * step_nm));
-            let along: f32 = (0..3).map(|c| w[c] * m[c] * slope[c]).sum();
-            let whole: f32 = (0..3).map(|c| w[c] * slope[c] * slope[c]).sum();
-            // Where colour stands still, a minimum is as wide as its curvature makes it, not endless.
-            let alone = 1.0 / (whole - along * along * inverse).max(1e-12);
-            let coarse = &mut table.coarse[k / EIGHT];
-            *coarse = coarse.max(0.125 * step_nm * step_nm / alone);
-            let sd = (of.temper * alone).sqrt().min(WIDEST_NM);
-            table.sd_nm.push(sd);
-            table.narrowness.push(-sd.ln());
+            table.push(k);
         }
         // Beyond the last there is nothing, so that a minimum there has two sides, too.
         table.columns.push([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, f32::INFINITY]);
         table.coarsest = table.coarse.iter().copied().fold(0.0, f32::max);
         Ok(table)
+    }
+
+    /// The column of the thickness `k`, of which the model is known.
+    fn push(&mut self, k: usize) {
+        let m: [f32; 3] = std::array::from_fn(|c| self.model[c][k]);
+        let w: [f32; 3] = std::array::from_fn(|c| self.weight_of(c, m[c]));
+        for (pattern, known) in self.known.iter_mut().enumerate() {
+            let of = || (0..3).filter(|c| pattern >> c & 1 == 1);
+            let square: f32 = of().map(|c| w[c] * m[c] * m[c]).sum();
+            let volume = 0.5 * (1.0 + square / self.shading).ln() - 0.5 * of().map(|c| w[c].ln()).sum::<f32>();
+            known.inverse.push(1.0 / (square + self.shading));
+            known.constant.push(volume + 0.5 * self.shading);
+        }
+        let inverse = self.known[ALL].inverse[k];
+        for c in 0..3 {
+            self.weight[c].push(w[c]);
+            self.weighted[c].push(w[c] * m[c]);
+        }
+        let constant = self.known[ALL].constant[k];
+        self.columns.push([w[0], w[1], w[2], w[0] * m[0], w[1] * m[1], w[2] * m[2], inverse, constant]);
+        // The slope, less its part along m, which a change of gain imitates.
+        let (a, b) = (k.saturating_sub(1), (k + 1).min(self.count - 1));
+        let slope: [f32; 3] =
+            std::array::from_fn(|c| (self.model[c][b] - self.model[c][a]) / ((b - a) as f32 * self.step_nm));
+        let along: f32 = (0..3).map(|c| w[c] * m[c] * slope[c]).sum();
+        let whole: f32 = (0..3).map(|c| w[c] * slope[c] * slope[c]).sum();
+        // Where colour stands still, a minimum is as wide as its curvature makes it, not endless.
+        let alone = 1.0 / (whole - along * along * inverse).max(1e-12);
+        let coarse = &mut self.coarse[k / EIGHT];
+        *coarse = coarse.max(0.125 * self.step_nm * self.step_nm / alone);
+        let sd = (self.temper * alone).sqrt().min(WIDEST_NM);
+        self.sd_nm.push(sd);
+        self.narrowness.push(-sd.ln());
     }
 
     /// Weight of a channel whose film has the light `m`. Channels that a colour matrix has mixed may be below zero: what a model
