@@ -35,7 +35,7 @@ from iridesce.inverse.data import (
     unit,
     within_light,
 )
-from iridesce.inverse.full import alone, full
+from iridesce.inverse.full import alone, full, stuck
 from iridesce.inverse.joint import joint
 from iridesce.inverse.measurement import Measurement
 from iridesce.inverse.model import Problem, describe, read_problem
@@ -209,6 +209,9 @@ def fit_thickness(
     nm, values, sd = cleaned(wavelength_nm, measured, noise if counted is None else counted, notes)
     known = inside_media(problem, nm, notes)
     nm, values, sd = nm[known], values[known], None if sd is None else sd[known]
+    if filled is None and (held_still := stuck(values)).any():
+        notes.append(f"{int(held_still.sum())} of {nm.size} points dropped: one number in a long row is no measurement")
+        nm, values, sd = nm[~held_still], values[~held_still], None if sd is None else sd[~held_still]
     over = full(values) if filled is None else np.isin(nm, filled)
     held: tuple[Floats, Floats] | None = None
     if filled is None and over.any() and not over.all() and (single := alone(values, over)).any():

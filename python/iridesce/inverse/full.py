@@ -21,6 +21,8 @@ Mask = npt.NDArray[np.bool_]
 
 # So many neighbours of the very same largest value are no chance.
 _FEWEST_ALIKE = 3
+# Fewer different values than this are of a rounding so coarse that runs of them say nothing.
+_FEWEST_LEVELS = 12
 # Values are the same within this share of the largest: rows that were scaled or interpolated.
 _SAME = 1e-9
 # Full channels stand among the others with this many times the range of all: they say nothing by themselves.
@@ -34,7 +36,7 @@ def full(values: Floats) -> Mask:
     largest value than anywhere else in the upper half.
     """
     none = np.zeros(values.size, dtype=bool)
-    if values.size == 0 or not np.isfinite(values).all():
+    if values.size == 0 or not np.isfinite(values).all() or np.unique(values).size < _FEWEST_LEVELS:
         return none
     low, high = float(values.min()), float(values.max())
     top = values >= high - _SAME * abs(high)
@@ -48,6 +50,23 @@ def full(values: Floats) -> Mask:
     return top if longest >= max(_FEWEST_ALIKE, 2 * elsewhere + 1) else none
 
 
+# So many equal values in a row, and so many times as many as rounding makes elsewhere, were not measured.
+_FEWEST_STUCK, _LONGER = 5, 3
+# Runs that may be longer than those of rounding: ends and gaps that were filled.
+_FILLED_RUNS = 4
+
+
+def stuck(values: Floats) -> Mask:
+    """Which values were not measured: long runs of one number below the largest, as zeros where an instrument has no data."""
+    if values.size == 0 or np.unique(values).size < _FEWEST_LEVELS:
+        return np.zeros(values.size, dtype=bool)
+    starts = np.flatnonzero(np.r_[True, values[1:] != values[:-1]])
+    lengths = np.diff(np.r_[starts, values.size])
+    rounding = int(np.sort(lengths)[::-1][_FILLED_RUNS]) if lengths.size > _FILLED_RUNS else values.size
+    of_run = (lengths >= max(_FEWEST_STUCK, _LONGER * rounding + 1)) & (values[starts] < values.max())
+    return np.repeat(of_run, lengths)
+
+
 # A run of full channels whose neighbours lie below it by more than this many times the middle half of the others stands alone.
 _CLIFF = 1.5
 
@@ -56,6 +75,8 @@ def alone(values: Floats, over: Mask) -> Mask:
     """Which of the full channels are no light: runs that no neighbour leads up to, as software writes that divides by nothing."""
     out = np.zeros(values.size, dtype=bool)
     cliff = _CLIFF * float(np.subtract(*np.percentile(values[~over], [75.0, 25.0])))
+    if not cliff > 0.0:
+        return out
     places = np.flatnonzero(over)
     for run in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
         beside = [at for at in (run[0] - 1, run[-1] + 1) if 0 <= at < values.size]

@@ -17,7 +17,7 @@ from conftest import ROOT
 from iridesce.inverse import model as fit_model
 from iridesce.inverse.candidates import model_of
 from iridesce.inverse.data import explained, within_light
-from iridesce.inverse.full import Full, full
+from iridesce.inverse.full import Full, full, stuck
 from iridesce.inverse.model import read_problem
 from iridesce.inverse.posterior import Engine, Light, Measured, climb
 from iridesce.inverse.results import apart
@@ -302,6 +302,27 @@ def test_a_plateau_that_nothing_leads_up_to_is_no_full_channel(count: int) -> No
     found = ir.fit_thickness(NM, values, stack="air / soap ? / air")
     assert (found.verdict, found.best.thickness_nm) == ("clear", pytest.approx(612.0, rel=2e-3))
     assert any(f"{count} of {NM.size} points dropped: at the largest value" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("text", ["air / soap ? / air", "air / SiO2 ? / Si"])
+@pytest.mark.parametrize("where", [slice(40), slice(-40, None), slice(150, 175)])
+@pytest.mark.parametrize("filled", ["zero", "the value before"])
+def test_rows_of_one_number_are_no_measurement(text: str, where: slice, filled: str) -> None:
+    # What instruments and scripts write where they have no data.
+    values = noisy(clean(text, 612.0))
+    values[where] = 0.0 if filled == "zero" else values[where][0]
+    found = ir.fit_thickness(NM, values, stack=text)
+    assert (found.verdict, found.best.thickness_nm) == ("clear", pytest.approx(612.0, rel=2e-3))
+    assert any("one number in a long row" in note for note in found.notes)
+
+
+def test_rounded_values_are_rows_of_no_filling() -> None:
+    # Per cent without decimals, 0 to 17, and so coarse that three levels are left: what rounding makes is no reason to drop.
+    rounded = np.round(100.0 * noisy(clean("air / soap ? / air", 612.0)))
+    for values in (rounded, np.round(rounded / 6.0)):
+        assert not stuck(values).any() and not full(values).any()
+    found = ir.fit_thickness(NM, rounded, stack="air / soap ? / air")
+    assert found.best.thickness_nm == pytest.approx(612.0, rel=5e-3)
 
 
 def test_sharp_lines_are_no_ends_without_light() -> None:
