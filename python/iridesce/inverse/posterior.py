@@ -243,7 +243,7 @@ class Engine:
         return every.only(np.flatnonzero(few))
 
     def scan(self) -> Explanations:
-        """One kind of lamp, that bends as lamps may, with gains that are usual: for a look at very many films."""
+        """Few kinds of lamp, with gains that are usual: for a look at very many films."""
         typical = self._typical()
         gains = (
             [self.light.gain] if self.light.gain is not None else [typical * _GAIN_STEP**step for step in range(-2, 3)]
@@ -252,6 +252,10 @@ class Engine:
         stray = _STRAYS[-1] * self.of.mean if self.light.stray else 0.0
         bend = self._bends()[-1]
         rows = [(0, gain, level, bend, stray, 3.0, bend) for gain in gains]
+        if self.light.gain is None and not self.light.bent:
+            # Under a lamp that bends as it likes thin films are much alike; one that bends little tells them apart.
+            rows += [(0, gain, level, BENDS[0], stray, 3.0, BENDS[0]) for gain in gains]
+            rows += [(len(self.curves) - 1, gain, level, 0.0, stray, 3.0, _DRIFT) for gain in gains]
         if self.light.gain is not None and self.light.stray:
             rows.append((self.lamps[-1], self.light.gain, level, bend, stray, 3.0, _DRIFT))
         if self.per_light is not None and self.light.stray:
