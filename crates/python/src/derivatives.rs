@@ -17,6 +17,53 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(color_jacobian, module)?)
 }
 
+/// What is differentiated.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Differentiated {
+    Reflectance,
+    Transmittance,
+    Absorptance,
+    Ellipsometry,
+}
+
+impl Differentiated {
+    fn named(name: &str) -> Result<Differentiated> {
+        match name {
+            "reflectance" => Ok(Differentiated::Reflectance),
+            "transmittance" => Ok(Differentiated::Transmittance),
+            "absorptance" => Ok(Differentiated::Absorptance),
+            "ellipsometry" => Ok(Differentiated::Ellipsometry),
+            _ => Err(Error::value(format!("no quantity is named {name:?}"))),
+        }
+    }
+
+    /// Its values and the rows of their derivatives, from those of R and T or of psi and delta.
+    fn write(self, [first, second]: &[Derivatives; 2], values: &mut [f64], rows: &mut [f64]) {
+        values.fill(0.0);
+        rows.fill(0.0);
+        let parameters = rows.len() / values.len();
+        let mut add = |place: usize, derivatives: &Derivatives, factor: f64| {
+            values[place] += factor * derivatives.value;
+            for (slot, value) in rows[place * parameters..][..parameters].iter_mut().zip(derivatives.row()) {
+                *slot += factor * value;
+            }
+        };
+        match self {
+            Differentiated::Reflectance => add(0, first, 1.0),
+            Differentiated::Transmittance => add(0, second, 1.0),
+            Differentiated::Absorptance => {
+                add(0, first, -1.0);
+                add(0, second, -1.0);
+                values[0] += 1.0;
+            }
+            Differentiated::Ellipsometry => {
+                add(0, first, 1.0);
+                add(1, second, 1.0);
+            }
+        }
+    }
+}
+
 /// Values and derivatives: `values` (elements, 1 or 2), `rows` (elements, values x parameters), the parameters of a value being its
 /// thicknesses, n of every medium, k of all but the first.
 #[pyfunction]
@@ -42,42 +89,18 @@ fn stack_derivatives<'py>(
         angle_deg: angle_deg.as_slice()?,
     };
     let parameters = 3 * coherent.len() + 3;
-    let ellipsometry = match quantity {
-        "reflectance" | "transmittance" | "absorptance" => false,
-        "ellipsometry" => true,
-        _ => return Err(Error::value(format!("no quantity is named {quantity:?}"))),
-    };
-    let width = if ellipsometry { 2 } else { 1 };
+    let quantity = Differentiated::named(quantity)?;
+    let width = if quantity == Differentiated::Ellipsometry { 2 } else { 1 };
     let flags = coherent.as_slice();
     let solve =
         |at: &Element<'_>, values: &mut [f64], rows: &mut [f64], _: &Watch| -> std::result::Result<(), OpticsError> {
-            values.fill(0.0);
-            rows.fill(0.0);
             let Element { indices, thickness_nm, wavelength_nm, incidence } = *at;
-            let [first, second] = if ellipsometry {
+            let pair = if quantity == Differentiated::Ellipsometry {
                 stack::ellipsometry_derivatives(indices, thickness_nm, wavelength_nm, incidence)?
             } else {
                 stack::power_derivatives(indices, thickness_nm, flags, wavelength_nm, incidence, polarization)?
             };
-            let mut write = |place: usize, derivatives: &Derivatives, factor: f64| {
-                values[place] += factor * derivatives.value;
-                for (slot, value) in rows[place * parameters..][..parameters].iter_mut().zip(derivatives.row()) {
-                    *slot += factor * value;
-                }
-            };
-            match quantity {
-                "transmittance" => write(0, &second, 1.0),
-                "absorptance" => {
-                    write(0, &first, -1.0);
-                    write(0, &second, -1.0);
-                    values[0] += 1.0;
-                }
-                "ellipsometry" => {
-                    write(0, &first, 1.0);
-                    write(1, &second, 1.0);
-                }
-                _ => write(0, &first, 1.0),
-            }
+            quantity.write(&pair, values, rows);
             Ok(())
         };
     elements.fill(py, [width, width * parameters], values.as_slice_mut()?, rows.as_slice_mut()?, solve)

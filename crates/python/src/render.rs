@@ -44,6 +44,27 @@ struct Asked {
     keep: Option<Keep>,
 }
 
+impl Asked {
+    /// The core's options, and where the journal is. The threads are those of the pool that the call runs in.
+    fn options(self) -> (RenderOptions, Option<KeepOptions>) {
+        let options = RenderOptions {
+            samples: self.samples,
+            seed: self.seed,
+            size: self.size,
+            threads: None,
+            crop: self.crop.map(|[x, y, width, height]| Rect { x, y, width, height }),
+            until: self.until,
+            time_s: self.time_s,
+            settled: self.settled,
+            shard: self.shard.map(|[number, of]| Shard { number, of }),
+            spectral_nm: self.spectral_nm,
+            stokes: self.stokes,
+        };
+        let keep = self.keep.map(|Keep(path, head, after_s, resume)| KeepOptions { path, head, after_s, resume });
+        (options, keep)
+    }
+}
+
 /// A journal: path, which render it is, seconds before it begins, and whether what it holds is taken over.
 #[derive(FromPyObject)]
 struct Keep(PathBuf, Vec<u8>, f64, bool);
@@ -66,23 +87,9 @@ fn render_scene<'py>(
     asked: Asked,
     progress: Option<Py<PyAny>>,
 ) -> Result<Rendered<'py>> {
-    let Asked { samples, seed, size, threads, crop, until, time_s, settled, shard, spectral_nm, stokes, keep } = asked;
-    // The threads are those of the pool that it runs in.
-    let options = RenderOptions {
-        samples,
-        seed,
-        size,
-        threads: None,
-        crop: crop.map(|[x, y, width, height]| Rect { x, y, width, height }),
-        until,
-        time_s,
-        settled,
-        shard: shard.map(|[number, of]| Shard { number, of }),
-        spectral_nm,
-        stokes,
-    };
-    let (wavelengths, has_stokes) = (options.spectral_nm.len(), stokes);
-    let keep = keep.map(|Keep(path, head, after_s, resume)| KeepOptions { path, head, after_s, resume });
+    let threads = asked.threads;
+    let (options, keep) = asked.options();
+    let (wavelengths, has_stokes) = (options.spectral_nm.len(), options.stokes);
     let (recipe, context) = (scene.inner.clone(), scene.context.clone());
     let rendered = beside(py, Long { progress, threads }, |watch| -> Result<(Framebuffer, Vec<String>)> {
         // What cannot be rendered is told before any film flows.
@@ -92,6 +99,16 @@ fn render_scene<'py>(
         Ok((frame.map_err(|error| in_scene(&recipe, error))?, resolved.notes))
     })?;
     let (frame, notes) = rendered?;
+    answer(py, frame, (wavelengths, has_stokes), notes)
+}
+
+/// What Python is given of a picture that was asked for so many wavelengths, with Stokes vectors or not.
+fn answer<'py>(
+    py: Python<'py>,
+    frame: Framebuffer,
+    (wavelengths, has_stokes): (usize, bool),
+    notes: Vec<String>,
+) -> Result<Rendered<'py>> {
     let (rows, columns) = (frame.height as usize, frame.width as usize);
     let plane = |values: Vec<f32>| PyArray1::from_vec(py, values).reshape([rows, columns]);
     let whole = |values: Vec<i32>| PyArray1::from_vec(py, values).reshape([rows, columns]);

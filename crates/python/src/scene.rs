@@ -163,41 +163,14 @@ impl Scene {
 
 /// A Python value as part of a scene; numpy numbers and arrays count as numbers and lists.
 fn to_node(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> Result<Node> {
-    let py = value.py();
-    let place = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
-    let wrong = |message: String| -> Error {
-        let error = SceneError::new(message);
-        if path.is_empty() { error.into() } else { error.at(path, None).into() }
-    };
-    let check_length = |length: usize| {
-        if length <= MAX_ITEMS {
-            return Ok(());
-        }
-        Err(wrong(format!("a list of a scene has at most {MAX_ITEMS} entries, got {length}")))
-    };
     if depth > MAX_DEPTH {
-        return Err(wrong(format!("nested deeper than {MAX_DEPTH} levels")));
+        return Err(wrong_at(path, format!("nested deeper than {MAX_DEPTH} levels")));
     }
-    let text_of = |text: &Bound<'_, PyString>| {
-        text.to_str().map(str::to_owned).map_err(|_| wrong("a text of a scene must be Unicode".to_owned()))
-    };
     if let Ok(text) = value.cast::<PyString>() {
-        return Ok(Value::Text(text_of(text)?).into());
+        return Ok(Value::Text(text_of(text, path)?).into());
     }
     if let Ok(table) = value.cast::<PyMapping>() {
-        // A copy: what converts one item may be Python code that changes the table.
-        let mut entries = Vec::new();
-        for pair in table.items()? {
-            let (key, item): (Bound<'_, PyAny>, Bound<'_, PyAny>) = pair.extract()?;
-            let Ok(key) = key.cast::<PyString>() else {
-                let kind = key.get_type().name()?;
-                return Err(wrong(format!("keys of a scene are texts, got one of type {kind}")));
-            };
-            let key = text_of(key)?;
-            let node = to_node(&item, &place(&key), depth + 1)?;
-            entries.push((key, node));
-        }
-        return Ok(Value::Table(entries).into());
+        return table_node(table, path, depth);
     }
     if let Ok(flag) = value.cast::<PyBool>() {
         return Ok(Value::Bool(flag.is_true()).into());
@@ -210,25 +183,10 @@ fn to_node(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> Result<Node> {
         return Ok(Value::Float(value.extract()?).into());
     }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
-        check_length(value.len()?)?;
-        let mut items = Vec::new();
-        for (i, item) in value.try_iter()?.enumerate() {
-            items.push(to_node(&item?, &place(&i.to_string()), depth + 1)?);
-        }
-        return Ok(Value::List(items).into());
+        return list_node(value, path, depth);
     }
-    // Thickness models, paths, numpy scalars and arrays.
-    if value.hasattr("to_scene")? {
-        return to_node(&value.call_method0("to_scene")?, path, depth + 1);
-    }
-    if value.hasattr("__fspath__")? {
-        return to_node(&py.import("os")?.call_method1("fspath", (value,))?, path, depth + 1);
-    }
-    if value.hasattr("tolist")? {
-        if let Ok(size) = value.getattr("size").and_then(|size| size.extract::<usize>()) {
-            check_length(size)?;
-        }
-        return to_node(&value.call_method0("tolist")?, path, depth + 1);
+    if let Some(plain) = plain_value(value, path)? {
+        return to_node(&plain, path, depth + 1);
     }
     if let Ok(pair) = value.cast::<PyComplex>() {
         return Ok(Value::List(vec![Node::number(pair.real()), Node::number(pair.imag())]).into());
@@ -240,6 +198,68 @@ fn to_node(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> Result<Node> {
         format!("a value of type {}", value.get_type().name()?)
     })
     .into())
+}
+
+fn table_node(table: &Bound<'_, PyMapping>, path: &str, depth: usize) -> Result<Node> {
+    let mut entries = Vec::new();
+    // A copy: what converts one item may be Python code that changes the table.
+    for pair in table.items()? {
+        let (key, item): (Bound<'_, PyAny>, Bound<'_, PyAny>) = pair.extract()?;
+        let Ok(key) = key.cast::<PyString>() else {
+            let kind = key.get_type().name()?;
+            return Err(wrong_at(path, format!("keys of a scene are texts, got one of type {kind}")));
+        };
+        let key = text_of(key, path)?;
+        let node = to_node(&item, &below(path, &key), depth + 1)?;
+        entries.push((key, node));
+    }
+    Ok(Value::Table(entries).into())
+}
+
+fn list_node(list: &Bound<'_, PyAny>, path: &str, depth: usize) -> Result<Node> {
+    check_length(list.len()?, path)?;
+    let mut items = Vec::new();
+    for (i, item) in list.try_iter()?.enumerate() {
+        items.push(to_node(&item?, &below(path, &i.to_string()), depth + 1)?);
+    }
+    Ok(Value::List(items).into())
+}
+
+/// What thickness models, paths, numpy scalars and arrays say of themselves in plain values.
+fn plain_value<'py>(value: &Bound<'py, PyAny>, path: &str) -> Result<Option<Bound<'py, PyAny>>> {
+    if value.hasattr("to_scene")? {
+        return Ok(Some(value.call_method0("to_scene")?));
+    }
+    if value.hasattr("__fspath__")? {
+        return Ok(Some(value.py().import("os")?.call_method1("fspath", (value,))?));
+    }
+    if value.hasattr("tolist")? {
+        if let Ok(size) = value.getattr("size").and_then(|size| size.extract::<usize>()) {
+            check_length(size, path)?;
+        }
+        return Ok(Some(value.call_method0("tolist")?));
+    }
+    Ok(None)
+}
+
+fn below(path: &str, key: &str) -> String {
+    if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
+}
+
+fn wrong_at(path: &str, message: String) -> Error {
+    let error = SceneError::new(message);
+    if path.is_empty() { error.into() } else { error.at(path, None).into() }
+}
+
+fn text_of(text: &Bound<'_, PyString>, path: &str) -> Result<String> {
+    text.to_str().map(str::to_owned).map_err(|_| wrong_at(path, "a text of a scene must be Unicode".to_owned()))
+}
+
+fn check_length(length: usize, path: &str) -> Result<()> {
+    if length <= MAX_ITEMS {
+        return Ok(());
+    }
+    Err(wrong_at(path, format!("a list of a scene has at most {MAX_ITEMS} entries, got {length}")))
 }
 
 fn from_node<'py>(py: Python<'py>, node: &Node) -> PyResult<Bound<'py, PyAny>> {
