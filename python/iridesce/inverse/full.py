@@ -50,6 +50,27 @@ def full(values: Floats) -> Mask:
     return top if longest >= max(_FEWEST_ALIKE, 2 * elsewhere + 1) else none
 
 
+# A series goes without the channels that are full in some spectrum while it keeps this share of its channels.
+_ENOUGH = 0.4
+
+
+def full_in_some(spectra: Floats, notes: list[str]) -> Mask:
+    """Which channels of a series are full in one of its spectra or more, where enough others are left to go without them."""
+    found = np.array([full(row) for row in spectra])
+    if not found.any():
+        return found.any(axis=0)
+    # The detector is one: where another spectrum holds one or two channels of that value they are full, too.
+    over = found.any(axis=0) | (spectra >= spectra[found].max() * (1.0 - _SAME)).any(axis=0)
+    if over.mean() > 1.0 - _ENOUGH:
+        notes.append(
+            f"{int(over.sum())} of {over.size} channels are full, at the largest value, in some spectrum, too many to go "
+            "without: what is found there is doubtful; expose less"
+        )
+        return np.zeros(over.size, dtype=bool)
+    notes.append(f"{int(over.sum())} of {over.size} channels dropped: full, at the largest value, in some spectrum")
+    return over
+
+
 # So many equal values in a row, and so many times as many as rounding makes elsewhere, were not measured.
 _FEWEST_STUCK, _LONGER = 5, 3
 # Runs that may be longer than those of rounding: ends and gaps that were filled.

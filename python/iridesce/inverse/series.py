@@ -28,6 +28,7 @@ from iridesce.files.spectra import read_spectrum
 from iridesce.inverse.course import _CLEAR, Course
 from iridesce.inverse.data import inside_media, local_noise, referenced
 from iridesce.inverse.fit import fit_thickness
+from iridesce.inverse.full import full_in_some
 from iridesce.inverse.model import Problem, describe, quarter_wave_nm, read_problem
 from iridesce.inverse.results import FitResult, is_known, order_share
 from iridesce.inverse.series_result import SeriesResult, no_film
@@ -130,6 +131,7 @@ def fit_series(
         )
     notes: list[str] = []
     nm, values = _read(wavelength_nm, spectra)
+    filled = nm[full_in_some(values, notes)]
     times = _times(time_s, len(values))
     if reference is None and (dark is not None or reference_stack is not None):
         raise complaint(
@@ -145,7 +147,7 @@ def fit_series(
     nm, values = nm[order], values[:, order]
     if np.any(np.diff(nm) <= 0.0):
         raise complaint("wavelength_nm must not repeat", "wavelength_nm", "different wavelengths", Words("some twice"))
-    known = inside_media(problem, nm, notes)
+    known = inside_media(problem, nm, notes) & ~np.isin(nm, filled)
     nm, values = nm[known], values[:, known]
     if nm.size < _FEWEST_POINTS:
         raise complaint(

@@ -99,6 +99,20 @@ def test_the_lamp_is_learnt(thinning: tuple[Floats, Any]) -> None:
     assert series.response.mean() == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("share", [0.85, 0.7])
+def test_channels_that_are_full_in_some_spectrum_are_left_out(share: float) -> None:
+    # A detector that is full at the lamp's brightest: taken for values its plateau is a lamp of another course in each spectrum.
+    h = 1500.0 * np.exp(-np.linspace(0.0, 1.0, 40))
+    spectra = counts(h, varies=0.0)
+    series = fit(np.minimum(spectra, share * spectra.max()))
+    assert any("channels dropped: full" in note for note in series.notes)
+    assert (np.abs(series.thickness_nm / h - 1.0) < 0.01).mean() > 0.95
+    assert (series.verdict == "clear").mean() > 0.9
+    # Where nearly all are full at some time nothing is left out, and nothing is sure.
+    lost = fit(np.minimum(spectra[::10], 0.05 * spectra.max()))
+    assert any("too many to go without" in note for note in lost.notes) and not (lost.verdict == "clear").any()
+
+
 def test_a_burst_film_is_none(thinning: tuple[Floats, Any]) -> None:
     h, series = thinning
     assert set(series.verdict[h == 0.0]) == {"none"} and np.isnan(series.thickness_nm[h == 0.0]).all()
