@@ -57,10 +57,12 @@ _ENOUGH = 0.4
 def full_in_some(spectra: Floats, notes: list[str]) -> Mask:
     """Which channels of a series are full in one of its spectra or more, where enough others are left to go without them."""
     found = np.array([full(row) for row in spectra])
+    over = np.zeros(spectra.shape[1], dtype=bool)
     if not found.any():
-        return found.any(axis=0)
+        return over
     # The detector is one: where another spectrum holds one or two channels of that value they are full, too.
-    over = found.any(axis=0) | (spectra >= spectra[found].max() * (1.0 - _SAME)).any(axis=0)
+    level = float(spectra[found].max()) * (1.0 - _SAME)
+    over |= found.any(axis=0) | (spectra >= level).any(axis=0)
     if over.mean() > 1.0 - _ENOUGH:
         notes.append(
             f"{int(over.sum())} of {over.size} channels are full, at the largest value, in some spectrum, too many to go "

@@ -84,8 +84,9 @@ def summit(
             break
         grown = np.clip(_SHARE * sd, 1.0 / _GROWTH, _GROWTH)
         if best == 0 and not is_short:
-            # No share of the move goes up: the curvature is that of too far around.
-            grown = np.minimum(grown, 0.4)
+            # No share of the move goes up: the curvature is that of too far around. Where it falls, but too little to be seen,
+            # the steps are too short instead: at a top that was met by chance nothing goes up, however short.
+            grown = np.where((bend > 0.0) & ~falls, grown, np.minimum(grown, 0.4))
         axes = axes @ (turned * grown)
         axes = axes / np.maximum(1.0, np.abs(axes / longest[:, None]).max(axis=0))
         if turn % 3 == 2:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+import pytest
 
 from iridesce.inverse.summit import summit
 
@@ -51,3 +52,11 @@ def test_where_nothing_is_a_top_none_is_claimed() -> None:
     start = np.array([0.0, 0.0])
     found = summit(lambda p: p[..., 0] * 0.01, lambda x: None, start, np.ones(2), np.ones(2), FREE)
     assert not found.is_settled and found.x[0] > 1.0
+
+
+@pytest.mark.parametrize("step", [(0.8, 6e-5), (3.0, 9e-5), (1e-6, 1e-9), (5.0, 0.05)])
+def test_a_start_on_the_top_itself_is_found_to_be_one(step: tuple[float, float]) -> None:
+    """No move goes up from there, however short: steps that are too short are to grow again."""
+    found = summit(ridge, lambda x: None, np.array([40.0 + 1e-5, 1e-8]), np.array(step), np.array([8.0, 4.5e-3]), FREE)
+    assert found.is_settled
+    assert np.allclose(np.sqrt(np.diag(found.covariance)), [0.303, 0.003], rtol=0.1)
