@@ -90,8 +90,8 @@ class Analysis:
         self.problem, self.data, self.sd, self.light = problem, data, sd, light
         self.line, self.bounds, self.notes = line, bounds, notes
         self.model: Model = model_of(problem, data.wavelength_nm)
-        # Channels that are full, and what they hold at least.
         self.reference = reference
+        # Channels that are full, and what they hold at least.
         self.full = None if full is None else Full(full[0], full[1], model_of(problem, full[0]))
         # Size of noise that neighbours share, and how many channels share it, where the data show such.
         self.shared: tuple[float, float] | None = None
