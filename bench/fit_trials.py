@@ -1,12 +1,17 @@
 """What real spectra have and models have not: how `ir.fit_thickness` at its defaults stands each of these faults.
 
-    python bench/fit_trials.py [--each 20] [--seed 1] [--fault NAME]... [--system NAME]... [--workers 1] [--verbose]
+    python bench/fit_trials.py [--each 20] [--seed 1] [--fault NAME]... [--system NAME]... [--joint KIND] [--workers 1]
+                               [--verbose]
 
 Each spectrum is made by a stack of random thickness with one fault that `fit_thickness` is not told of; the last column of
 faults has several at once. For each fault: the share whose best thickness is of the right order (within a quarter of a fringe
 and 4 %), the share whose truth is among the solutions (same measure), the share answered by an error in words, the median and
 the worst error of the right ones in per cent, the share of their 95 % intervals that hold the truth, which are those of the
 accuracy (1 % of index, 0.3 nm of the wavelengths), and the share of answers that come with a note.
+
+``--joint``: two spectra of the film fitted together, in the window from 60 to 160 % of its thickness; the last columns are the
+shares of verdicts, and of answers that are clear and wrong. "angles": R at 0 and 45 degrees, both with the fault; "one": only
+the first of them has it; "powers": R and T, both with it (films on a clear base, or on none).
 """
 
 from __future__ import annotations
@@ -14,6 +19,7 @@ from __future__ import annotations
 import argparse
 import multiprocessing
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -39,9 +45,9 @@ SYSTEMS: dict[str, tuple[str, tuple[float, float, float], tuple[float, float]]] 
 class Bench:
     """One spectrum being made: what a fault may change."""
 
-    def __init__(self, system: str, random: Random) -> None:
+    def __init__(self, system: str, random: Random, quantity: str = "reflectance", angle_deg: float = 0.0) -> None:
         self.text, (first, last, step), (low, high) = SYSTEMS[system]
-        self.random = random
+        self.random, self.quantity, self.angle_deg = random, quantity, angle_deg
         self.wavelength_nm = np.arange(first, last, step)
         self.thickness_nm = float(np.exp(random.uniform(np.log(low), np.log(high))))
         self.noise = 10.0 ** (-35.0 / 20.0)
@@ -61,14 +67,15 @@ class Bench:
     def _one(self, stack: ir.Stack, shift_nm: float, line_nm: float) -> Floats:
         nodes, weights = np.polynomial.hermite_e.hermegauss(15)
         nm = self.wavelength_nm[:, None] + shift_nm + line_nm / 2.3548 * nodes
-        return np.asarray(seen(stack, nm) @ (weights / weights.sum()))
+        return np.asarray(self.seen(stack, nm) @ (weights / weights.sum()))
+
+    def seen(self, stack: ir.Stack, nm: Floats) -> Floats:
+        """What a stack shows at many wavelengths."""
+        found = getattr(stack, self.quantity)(nm.reshape(-1), self.angle_deg)
+        return np.asarray(found).reshape(nm.shape)
 
     def noisy(self, clean: Floats) -> Floats:
         return np.asarray(clean + np.std(clean) * self.noise * self.random.standard_normal(clean.size))
-
-
-def seen(stack: ir.Stack, nm: Floats) -> Floats:
-    return np.asarray(stack.reflectance(nm.reshape(-1))).reshape(nm.shape)
 
 
 def scaled(stack: ir.Stack, nm: Floats, film: float, base: float) -> Floats:
@@ -115,7 +122,7 @@ def stray_light(bench: Bench) -> Floats:
 def second_order(bench: Bench) -> Floats:
     """Above 1.8 times the first wavelength, a tenth of the light is the grating's second order."""
     clean = bench.clean()
-    half = seen(bench.stack(), np.maximum(0.5 * bench.wavelength_nm, 440.0))
+    half = bench.seen(bench.stack(), np.maximum(0.5 * bench.wavelength_nm, 440.0))
     mixed = np.where(bench.wavelength_nm > 1.8 * bench.wavelength_nm[0], 0.9 * clean + 0.1 * half, clean)
     return bench.noisy(mixed)
 
@@ -218,7 +225,7 @@ def native_oxide(bench: Bench) -> Floats:
     """A film on the film: 15 nm of water."""
     stack = bench.stack()
     stack = ir.Stack([stack.first, ir.Layer("water", 15.0), *stack.layers, stack.last])
-    return bench.noisy(seen(stack, bench.wavelength_nm))
+    return bench.noisy(bench.seen(stack, bench.wavelength_nm))
 
 
 def lamp_not_divided(bench: Bench) -> Floats:
@@ -257,15 +264,60 @@ def one(task: tuple[str, str, int]) -> tuple[str, float, float, bool, bool, bool
         result: Any = ir.fit_thickness(bench.wavelength_nm, measured, bench.text)
     except ValueError as error:
         return system, truth, np.nan, False, False, False, 0, str(error)
+    return (system, truth, *outcome(bench, result))
+
+
+def outcome(bench: Bench, result: Any) -> tuple[float, bool, bool, bool, int, str]:
+    """Error, right, among, held, notes, words of an answer."""
+    truth = bench.thickness_nm
     n = float(np.real(bench.stack().layers[0].medium.index(bench.wavelength_nm.mean())))
     near = min(bench.wavelength_nm.mean() / (8.0 * n) + 0.01 * truth, 0.04 * truth + 3.0)
     errors = [solution.thickness_nm - truth for solution in result]
     low, high = result.best.accuracy_interval_nm
     return (
-        system, truth, errors[0], abs(errors[0]) < near, min(map(abs, errors)) < near, low <= truth <= high,
+        errors[0], abs(errors[0]) < near, min(map(abs, errors)) < near, low <= truth <= high,
         sum("said of the film's index" not in note for note in result.notes),
         "; ".join(result.notes),
     )  # fmt: skip
+
+
+# Two measurements each: quantity, angle in degrees, and whether it has the fault.
+JOINT: dict[str, tuple[tuple[str, float, bool], ...]] = {
+    "angles": (("reflectance", 0.0, True), ("reflectance", 45.0, True)),
+    "one": (("reflectance", 0.0, True), ("reflectance", 45.0, False)),
+    "powers": (("reflectance", 0.0, True), ("transmittance", 0.0, True)),
+}
+VERDICTS = ("clear", "ambiguous", "doubtful", "none")
+
+
+def together(kind: str, task: tuple[str, str, int]) -> tuple[Any, ...]:
+    """Outcome of one joint fit: as of `one`, and the verdict."""
+    fault, system, seed = task
+    random = np.random.default_rng([seed, *fault.encode(), *system.encode(), *kind.encode()])
+    of = Bench(system, random)
+    # Films that both spectra show: a joint fit takes the instrument's line as a point, and looks up to 10 000 nm.
+    of.thickness_nm = min(of.thickness_nm, 8000.0)
+    parts = []
+    for quantity, angle_deg, faulty in JOINT[kind]:
+        bench = Bench(system, random, quantity, angle_deg)
+        bench.thickness_nm = of.thickness_nm
+        values = (FAULTS[fault] if faulty else none)(bench) * float(np.exp(random.uniform(-1.0, 8.0)))
+        parts.append(ir.Measurement(quantity, bench.wavelength_nm, values, angle_deg))
+    truth = of.thickness_nm
+    try:
+        result: Any = ir.fit_thickness(measurements=parts, stack=of.text, thickness_range_nm=(0.6 * truth, 1.6 * truth))
+    except ValueError as error:
+        return system, truth, np.nan, False, False, False, 0, str(error), "refused"
+    if result.best is None:
+        return system, truth, np.nan, False, False, False, 0, "; ".join(result.notes), result.verdict
+    return (system, truth, *outcome(of, result), result.verdict)
+
+
+def told(found: list[tuple[Any, ...]]) -> str:
+    """Shares of verdicts, and of the clear ones that are wrong, of joint fits."""
+    shares = [sum(row[8] == word for row in found) / len(found) for word in VERDICTS]
+    wrong = sum(row[8] == "clear" and not row[3] for row in found) / len(found)
+    return "  " + " ".join(f"{share:6.0%}" for share in shares) + f" {wrong:15.0%}"
 
 
 def main() -> None:
@@ -274,17 +326,20 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--fault", action="append", choices=list(FAULTS))
     parser.add_argument("--system", action="append", choices=list(SYSTEMS))
+    parser.add_argument("--joint", choices=list(JOINT), help="two spectra together")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--verbose", action="store_true", help="tell every wrong answer")
     chosen = parser.parse_args()
     print(
         f"{'fault':<18} {'right':>7} {'among':>7} {'refused':>8} {'median %':>9} {'worst %':>8} {'held':>6} {'noted':>6}"
+        + (f"  {'clear':>6} {'ambig':>6} {'doubt':>6} {'none':>6} {'clear and wrong':>15}" if chosen.joint else "")
     )
     with multiprocessing.get_context("spawn").Pool(chosen.workers) as pool:
         for fault in chosen.fault or FAULTS:
-            systems = chosen.system or list(SYSTEMS)
+            clear_base = ["soap", "polymer"] if chosen.joint == "powers" else list(SYSTEMS)
+            systems = chosen.system or clear_base
             tasks = [(fault, system, chosen.seed + i) for system in systems for i in range(chosen.each)]
-            found = pool.map(one, tasks, chunksize=4)
+            found = pool.map(partial(together, chosen.joint) if chosen.joint else one, tasks, chunksize=4)
             right = np.array([row[3] for row in found])
             among = np.array([row[4] for row in found])
             refused = np.array([np.isnan(row[2]) for row in found])
@@ -294,13 +349,14 @@ def main() -> None:
             middle, worst = (np.median(share), share.max()) if share.size else (np.nan, np.nan)
             print(
                 f"{fault:<18} {right.mean():7.1%} {among.mean():7.1%} {refused.mean():8.1%} {middle:9.3f} {worst:8.2f} "
-                f"{held.mean() if held.size else np.nan:6.0%} {noted.mean():6.0%}",
+                f"{held.mean() if held.size else np.nan:6.0%} {noted.mean():6.0%}"
+                + (told(found) if chosen.joint else ""),
                 flush=True,
             )
             if chosen.verbose:
                 for row in found:
                     if not row[3]:
-                        how = "among" if row[4] else "WRONG"
+                        how = ("among" if row[4] else "WRONG") + (f" and {row[8]}" if chosen.joint else "")
                         print(f"    {how} {row[0]} {row[1]:.1f} nm off by {row[2]:.1f}: {row[7]}")
 
 

@@ -92,7 +92,8 @@ class Analysis:
         self.model: Model = model_of(problem, data.wavelength_nm)
         self.reference = reference
         # Channels that are full, and what they hold at least.
-        self.full = None if full is None else Full(full[0], full[1], model_of(problem, full[0]))
+        self.full = None if full is None else Full(*full)
+        self.full_model = None if full is None else model_of(problem, full[0])
         # Size of noise that neighbours share, and how many channels share it, where the data show such.
         self.shared: tuple[float, float] | None = None
         self.unknown = len(problem.unknown)
@@ -266,9 +267,9 @@ class Analysis:
 
     def _log_full(self, engine: Engine, parameters: Floats, row: Floats) -> float:
         """What full channels say of a film."""
-        if self.full is None:
+        if self.full is None or self.full_model is None:
             return 0.0
-        return self.full.log_probability(engine, parameters, self.model.value(parameters), row)
+        return self.full.log_probability(engine, self.model.value(parameters), self.full_model.value(parameters), row)
 
     def _best_row(self, engine: Engine, parameters: Floats) -> Floats:
         spectrum = self.model.value(parameters)

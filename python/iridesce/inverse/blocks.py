@@ -9,8 +9,10 @@ import numpy as np
 
 from iridesce.arguments.operands import Floats
 from iridesce.inverse.data import scatter
+from iridesce.inverse.full import Full
 from iridesce.inverse.measurement import Measurement
-from iridesce.inverse.posterior import KAPPAS, Engine, Explanations, Light, Measured, log_sum, temper
+from iridesce.inverse.members import Member
+from iridesce.inverse.posterior import KAPPAS, Engine, Explanations, Measured, log_sum, temper
 from iridesce.stack import Stack
 
 # Psi and delta of instruments, degrees: below this it is rounding.
@@ -26,9 +28,11 @@ class Block(Protocol):
     nm: Floats
     values: Floats
     kappa: float
+    channels: int
+    """Of a spectrum: those that were measured, then those that are full."""
 
     def spectra(self, stack: Stack, angle_offset_deg: float) -> Floats:
-        """What the stack shows, (thicknesses, wavelengths); its thicknesses have a last axis of 1."""
+        """What the stack shows, (thicknesses, channels); its thicknesses have a last axis of 1."""
 
     def scan(self, spectra: Floats) -> Floats:
         """Tempered log evidence of many films, roughly."""
@@ -38,6 +42,9 @@ class Block(Protocol):
 
     def logs(self, spectra: Floats) -> Floats:
         """Tempered log evidence of films near the one that was fixed."""
+
+    def log_full(self, spectrum: Floats) -> float:
+        """Tempered logarithm of the probability that the film that was fixed fills the channels that are full."""
 
     def learn(self, spectrum: Floats) -> None:
         """Noise and correlation of what this film leaves."""
@@ -56,30 +63,39 @@ def _spread(block: Block, residual: Floats) -> float:
 class PowerBlock:
     """A reflectance or a transmittance, with gain, lamp and stray light of its own."""
 
-    def __init__(self, of: Measurement, mean: float) -> None:
-        self.of = of
-        self.nm, self.values, self.sd = of.cleaned()
-        gain = None if of.gain is None or isinstance(of.gain, str) else float(of.gain)
-        self.light = Light(gain, True, isinstance(of.gain, str), of.baseline != "none")
+    def __init__(self, member: Member, mean: float) -> None:
+        self.of, self.light, self.reference = member.of, member.light, member.reference
+        self.nm, self.values, self.sd = member.wavelength_nm, member.values, member.sd
+        self.full = None if member.full is None else Full(*member.full)
+        self.seen_nm = member.every_nm
+        self.channels = self.seen_nm.size
         self.mean, self.kappa = max(mean, 1e-6), 1.0
         self.stated = self.sd is not None
         self._make(self.sd if self.sd is not None else np.full(self.nm.size, _spread(self, self.values)), 1.0)
 
     def _make(self, sd: Floats, tempered: float) -> None:
         floor = _ROUNDING * float(np.abs(self.values).max(initial=1e-300))
-        self.engine = Engine(Measured(self.nm, self.values, np.maximum(sd, max(floor, 1e-300)), self.mean), self.light)
+        sd = np.maximum(sd, max(floor, 1e-300))
+        self.engine = Engine(Measured(self.nm, self.values, sd, self.mean, self.reference), self.light)
         self.engine.tempered = tempered
         self.used: Explanations | None = None
 
     def spectra(self, stack: Stack, angle_offset_deg: float) -> Floats:
         angle = min(abs(self.of.angle_deg + angle_offset_deg), 89.9)
-        found = getattr(stack, self.of.quantity)(self.nm, angle, self.of.polarization)
+        found = getattr(stack, self.of.quantity)(self.seen_nm, angle, self.of.polarization)
         return np.ascontiguousarray(np.atleast_2d(found))
 
+    def _measured(self, spectra: Floats) -> Floats:
+        """At the channels that were measured."""
+        return np.ascontiguousarray(spectra[..., : self.nm.size])
+
     def scan(self, spectra: Floats) -> Floats:
-        return np.array([log_sum(row) for row in self.engine.log_evidences(spectra, self.engine.scan())])
+        return np.array(
+            [log_sum(row) for row in self.engine.log_evidences(self._measured(spectra), self.engine.scan())]
+        )
 
     def fix(self, spectrum: Floats) -> None:
+        spectrum = self._measured(spectrum)
         explanations = self.engine.films(spectrum)
         logs = self.engine.log_evidences(spectrum, explanations)[0]
         self.used = explanations.only(np.flatnonzero(logs > logs.max() - 14.0))
@@ -88,7 +104,12 @@ class PowerBlock:
 
     def logs(self, spectra: Floats) -> Floats:
         assert self.used is not None
-        return np.array([log_sum(row) for row in self.engine.log_evidences(spectra, self.used)])
+        return np.array([log_sum(row) for row in self.engine.log_evidences(self._measured(spectra), self.used)])
+
+    def log_full(self, spectrum: Floats) -> float:
+        if self.full is None:
+            return 0.0
+        return self.full.log_probability(self.engine, self._measured(spectrum), spectrum[self.nm.size :], self.row)
 
     def learn(self, spectrum: Floats) -> None:
         self.fix(spectrum)
@@ -98,9 +119,10 @@ class PowerBlock:
         self.fix(spectrum)
 
     def without_film(self, bare: Floats) -> tuple[float, float]:
-        return self.engine.without_film(bare)
+        return self.engine.without_film(self._measured(bare))
 
     def told(self, spectrum: Floats) -> tuple[Floats, Floats, Floats]:
+        spectrum = self._measured(spectrum)
         response, stray = self.engine.explain(spectrum, self.row)
         return response * spectrum + stray, response, stray
 
@@ -108,9 +130,10 @@ class PowerBlock:
 class AngleBlock:
     """Psi or delta: nothing linear, a difference of angles taken as the chord, so that 359 and 1 degrees are near."""
 
-    def __init__(self, of: Measurement) -> None:
-        self.of = of
-        self.nm, self.values, self.sd = of.cleaned()
+    def __init__(self, member: Member) -> None:
+        self.of = member.of
+        self.nm, self.values, self.sd = member.wavelength_nm, member.values, member.sd
+        self.channels = self.nm.size
         self.stated, self.tempered, self.kappa = self.sd is not None, 1.0, 1.0
         if self.sd is None:
             unwrapped = np.degrees(np.unwrap(np.radians(self.values)))
@@ -140,6 +163,10 @@ class AngleBlock:
 
     def logs(self, spectra: Floats) -> Floats:
         return np.array([log_sum(row) for row in self._by_kappa(spectra)])
+
+    def log_full(self, spectrum: Floats) -> float:
+        # Of angles there are none (`members`).
+        return 0.0
 
     def learn(self, spectrum: Floats) -> None:
         left = self._left(spectrum)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -78,8 +78,19 @@ def cleaned(
 _LEAST_LIGHT = 3.0
 
 
+class Seen(Protocol):
+    """What of a film was measured: a `Problem`, or a `Measurement`."""
+
+    @property
+    def quantity(self) -> str: ...
+    @property
+    def angle_deg(self) -> float: ...
+    @property
+    def polarization(self) -> str: ...
+
+
 def referenced(
-    problem: Problem,
+    of_film: Seen,
     wavelength_nm: npt.ArrayLike,
     measured: npt.ArrayLike,
     dark: npt.ArrayLike | None,
@@ -139,7 +150,7 @@ def referenced(
         stack = Stack.parse(reference_stack) if isinstance(reference_stack, str) else reference_stack
         if not isinstance(stack, Stack):
             raise refusal("reference_stack", "a Stack or text like 'air / Si'", reference_stack)
-        of = np.asarray(getattr(stack, problem.quantity)(nm, problem.angle_deg, problem.polarization))
+        of = np.asarray(getattr(stack, of_film.quantity)(nm, of_film.angle_deg, of_film.polarization))
     q = (m - d) / light
     v = [one[lit] for one in variance]
     sd = of * np.sqrt(v[0] + q * q * v[1] + (1.0 - q) ** 2 * v[2]) / light

@@ -35,9 +35,10 @@ from iridesce.inverse.data import (
     unit,
     within_light,
 )
-from iridesce.inverse.full import alone, full, stuck
+from iridesce.inverse.full import parted
 from iridesce.inverse.joint import joint
 from iridesce.inverse.measurement import Measurement
+from iridesce.inverse.members import members
 from iridesce.inverse.model import Problem, describe, read_problem
 from iridesce.inverse.posterior import (
     Light,
@@ -124,8 +125,8 @@ def fit_thickness(
     wavelength_tolerance_nm  standard deviation of the spectrometer's wavelengths, all off alike: intervals hold it. None: they
                    take them as exact, and ``accuracy_interval_nm`` holds 0.3
     measurements   several `Measurement` of one film instead of wavelength_nm and measured: they share thicknesses, index
-                   ("constant" at most) and an error of the angle; gain, baseline, noise, angle are those of each. Instruments'
-                   lines are taken as points, thicknesses looked for up to 10 000 nm (several unknowns: 1 000)
+                   ("constant" at most) and an error of the angle; gain, baseline, noise, angle and reference are those of each.
+                   Instruments' lines are taken as points, thicknesses looked for up to 10 000 nm (several unknowns: 1 000)
     angle_tolerance_deg  standard deviation of the angle of incidence, one error for all measurements; it is summed over
     Returns        `FitResult`, a sequence of `Solution`, best first
     Raises         ValueError: too few points, nothing that varies, all wavelengths outside the data of a medium, a layer
@@ -209,22 +210,8 @@ def fit_thickness(
     nm, values, sd = cleaned(wavelength_nm, measured, noise if counted is None else counted, notes)
     known = inside_media(problem, nm, notes)
     nm, values, sd = nm[known], values[known], None if sd is None else sd[known]
-    if filled is None and (held_still := stuck(values)).any():
-        notes.append(f"{int(held_still.sum())} of {nm.size} points dropped: one number in a long row is no measurement")
-        nm, values, sd = nm[~held_still], values[~held_still], None if sd is None else sd[~held_still]
-    over = full(values) if filled is None else np.isin(nm, filled)
-    held: tuple[Floats, Floats] | None = None
-    if filled is None and over.any() and not over.all() and (single := alone(values, over)).any():
-        notes.append(
-            f"{int(single.sum())} of {nm.size} points dropped: at the largest value, and nothing leads up to it"
-        )
-        nm, values, over, sd = nm[~single], values[~single], over[~single], None if sd is None else sd[~single]
-    if over.any() and not over.all():
-        notes.append(
-            f"{int(over.sum())} of {nm.size} channels are full, at the largest value: they are taken to hold at least that"
-        )
-        held = nm[over], values[over]
-        nm, values, sd = nm[~over], values[~over], None if sd is None else sd[~over]
+    part = parted(nm, values, sd, filled, notes)
+    nm, values, sd, held = part.wavelength_nm, part.values, part.sd, part.full
     terms = 1 if baseline == "auto" else BASELINES.index(baseline)
     linear = terms + (fixed_gain is None) * (1 + bend)
     parameters = len(problem.unknown) + problem.index_count + linear + (line is None)
@@ -290,16 +277,17 @@ def _together(
             problem.stack,
         )
     notes: list[str] = []
-    nm = np.unique(np.concatenate([one.cleaned()[0] for one in listed]))
+    parts = members(listed, notes)
+    nm = np.unique(np.concatenate([one.every_nm for one in parts]))
     # The media's own complaint about wavelengths, before anything else.
     problem.with_thickness([100.0] * len(problem.unknown)).reflectance(nm[[0, -1]], problem.angle_deg)
     high = _THICKEST_TOGETHER_NM if len(problem.unknown) == 1 else _THICKEST_OF_SEVERAL_TOGETHER_NM
     given = (_THINNEST_NM, high) if thickness_range_nm is None else thickness_range_nm
     if thickness_range_nm is None:
         notes.append(f"thicknesses were looked for from {_THINNEST_NM:g} to {high:g} nm; thickness_range_nm= says else")
-    longest = max((one.cleaned()[0] for one in listed), key=lambda one: one.size / np.ptp(one))
+    longest = max((one.wavelength_nm for one in parts), key=lambda one: one.size / np.ptp(one))
     bounds = _bounds(given, problem, longest, notes)
-    return joint(problem, listed, bounds, tolerances, angle_tolerance_deg, probability, notes)
+    return joint(problem, parts, bounds, tolerances, angle_tolerance_deg, probability, notes)
 
 
 def _bounds(given: Any, problem: Problem, nm: Floats, notes: list[str]) -> Floats:

@@ -14,7 +14,6 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import Floats
-from iridesce.inverse.model import Model
 from iridesce.inverse.posterior import Engine, Measured, log_twice_normal
 
 Mask = npt.NDArray[np.bool_]
@@ -108,25 +107,57 @@ def alone(values: Floats, over: Mask) -> Mask:
 
 
 @dataclass(frozen=True)
+class Parted:
+    """A spectrum without the channels that hold no value."""
+
+    wavelength_nm: Floats
+    values: Floats
+    sd: Floats | None
+    full: tuple[Floats, Floats] | None
+    """Wavelengths of the channels that are full, and what they hold at least."""
+
+
+def parted(nm: Floats, values: Floats, sd: Floats | None, filled: Floats | None, notes: list[str]) -> Parted:
+    """Channels that were measured and channels that are full; what stands still or alone at the top is dropped, and told.
+
+    filled     wavelengths of full channels where they are known from the counts; None: looked for in the values
+    """
+    if filled is None and (still := stuck(values)).any():
+        notes.append(f"{int(still.sum())} of {nm.size} points dropped: one number in a long row is no measurement")
+        nm, values, sd = nm[~still], values[~still], None if sd is None else sd[~still]
+    over = full(values) if filled is None else np.isin(nm, filled)
+    if filled is None and over.any() and not over.all() and (single := alone(values, over)).any():
+        notes.append(
+            f"{int(single.sum())} of {nm.size} points dropped: at the largest value, and nothing leads up to it"
+        )
+        nm, values, over, sd = nm[~single], values[~single], over[~single], None if sd is None else sd[~single]
+    if not over.any() or over.all():
+        return Parted(nm, values, sd, None)
+    notes.append(
+        f"{int(over.sum())} of {nm.size} channels are full, at the largest value: they are taken to hold at least that"
+    )
+    return Parted(nm[~over], values[~over], None if sd is None else sd[~over], (nm[over], values[over]))
+
+
+@dataclass(frozen=True)
 class Full:
     """Full channels beside those that were measured."""
 
     wavelength_nm: Floats
     level: Floats
     """What they hold at least."""
-    model: Model
-    """The film at the full channels."""
 
-    def log_probability(self, engine: Engine, parameters: Floats, spectrum: Floats, row: Floats) -> float:
+    def log_probability(self, engine: Engine, spectrum: Floats, beyond: Floats, row: Floats) -> float:
         """Logarithm of the probability that a film and one explanation fill these channels, tempered as the evidence is.
 
         spectrum   of the film, at the channels that were measured
+        beyond     of the film, at the full ones
         """
         of = engine.of
         nm = np.concatenate([of.wavelength_nm, self.wavelength_nm])
         order = np.argsort(nm, kind="stable")
         own = order >= of.wavelength_nm.size
-        film = np.concatenate([spectrum, self.model.value(parameters)])[order]
+        film = np.concatenate([spectrum, beyond])[order]
         values = np.concatenate([of.measured, self.level])[order]
         mute = _MUTE * max(float(np.ptp(values)), float(of.sd.max()))
         sd = np.concatenate([of.sd, np.full(self.level.size, mute)])[order]

@@ -17,7 +17,7 @@ import numpy as np
 from iridesce.arguments.operands import Floats
 from iridesce.arguments.refusals import Words, complaint
 from iridesce.inverse.blocks import AngleBlock, Block, PowerBlock
-from iridesce.inverse.measurement import Measurement
+from iridesce.inverse.members import Member
 from iridesce.inverse.model import Problem, describe
 from iridesce.inverse.posterior import PRIOR_FILM, PRIOR_NONE, PRIOR_OTHER, log_sum, prior_density
 from iridesce.inverse.results import FitResult, Solution
@@ -71,13 +71,13 @@ class Joint:
     def __init__(
         self,
         problem: Problem,
-        measurements: Sequence[Measurement],
+        members: Sequence[Member],
         bounds: Floats,
         tolerances: Tolerances,
         angle_tolerance_deg: float,
         notes: list[str],
     ) -> None:
-        self.problem, self.measurements, self.bounds, self.notes = problem, measurements, bounds, notes
+        self.problem, self.members, self.bounds, self.notes = problem, members, bounds, notes
         self.unknown = len(problem.unknown)
         self.tolerances = tolerances
         places, sds = [], []
@@ -86,7 +86,7 @@ class Joint:
                 places.append(which)
                 sds.append(_FREE_INDEX if model is not None else tolerances.index * self._n(which))
         self.axes = _Axes(tuple(places), tuple(sds), angle_tolerance_deg)
-        self.grid_nm = np.unique(np.concatenate([one.cleaned()[0] for one in measurements]))
+        self.grid_nm = np.unique(np.concatenate([one.every_nm for one in members]))
         self.indices = [
             np.broadcast_to(
                 np.asarray(problem.stack.layers[place].medium.index(self.grid_nm), complex), self.grid_nm.shape
@@ -95,13 +95,13 @@ class Joint:
         ]
         trials = np.exp(np.linspace(np.log(bounds[:, 0] + 50.0), np.log(bounds[:, 1] + 50.0), 24)) - 50.0
         self.blocks: list[Block] = []
-        for one in measurements:
-            if one.of_polarization:
+        for one in members:
+            if one.of.of_polarization:
                 self.blocks.append(AngleBlock(one))
             else:
-                nm = one.cleaned()[0]
+                nm, of = one.wavelength_nm, one.of
                 stack = problem.with_thickness([trials[:, place, None] for place in range(self.unknown)])
-                few = getattr(stack, one.quantity)(nm[:: max(1, nm.size // 24)], one.angle_deg, one.polarization)
+                few = getattr(stack, of.quantity)(nm[:: max(1, nm.size // 24)], of.angle_deg, of.polarization)
                 self.blocks.append(PowerBlock(one, float(np.mean(few))))
 
     def _n(self, which: int) -> float:
@@ -109,7 +109,7 @@ class Joint:
         return max(float(np.real(medium.index(float(self._middle()), extrapolate="hold"))), 1e-3)
 
     def _middle(self) -> float:
-        return float(np.median(np.concatenate([one.cleaned()[0] for one in self.measurements])))
+        return float(np.median(np.concatenate([one.wavelength_nm for one in self.members])))
 
     def _stack(self, thickness: Sequence[Any], shifts: Floats) -> Stack:
         layers = list(self.problem.stack.layers)
@@ -121,8 +121,8 @@ class Joint:
         return Stack([self.problem.stack.first, *layers, self.problem.stack.last])
 
     def _spectra(self, points: Floats) -> list[Floats]:
-        """What each measurement shows at points (m, axes): (m, wavelengths) each."""
-        out = [np.empty((len(points), block.nm.size)) for block in self.blocks]
+        """What each measurement shows at points (m, axes): (m, channels) each."""
+        out = [np.empty((len(points), block.channels)) for block in self.blocks]
         shifts = points[:, self.unknown :]
         kinds, place = np.unique(shifts, axis=0, return_inverse=True)
         for number, shift in enumerate(kinds):
@@ -201,6 +201,9 @@ class Joint:
         longest = np.array([*(0.5 / fastest), *(1.5 * sd for sd in self.axes.sds())])
         top = summit(self._logs, self._fix, start, step, longest, (low, high))
         value = float(self._logs(top.x[None, :])[0])
+        # As in fits of one spectrum: of the top, not of the way to it.
+        spectra = self._spectra(top.x[None, :])
+        value += sum(block.log_full(rows[0]) for block, rows in zip(self.blocks, spectra, strict=True))
         volume = float(np.linalg.slogdet(2.0 * math.pi * top.covariance)[1])
         at_end = bool((top.x <= low + 1e-9).any() or (top.x >= high - 1e-9).any())
         return _Peak(top.x, top.covariance, value + 0.5 * volume, at_end, top.is_settled)
@@ -272,7 +275,8 @@ class Joint:
             verdict,
             float(shares[0]),
             float(shares[1]) + rest,
-            tuple(self.measurements),
+            tuple(one.of for one in self.members),
+            tuple(block.nm.size for block in self.blocks),
         )
 
     def _peaks(self, starts: Sequence[Floats]) -> list[_Peak]:
@@ -438,7 +442,7 @@ def _sd(block: Block) -> Floats:
 
 def joint(
     problem: Problem,
-    measurements: Sequence[Measurement],
+    members: Sequence[Member],
     bounds: Floats,
     tolerances: Tolerances,
     angle_tolerance_deg: float,
@@ -446,5 +450,5 @@ def joint(
     notes: list[str],
 ) -> FitResult:
     """The answer of all measurements together."""
-    found = Joint(problem, measurements, bounds, tolerances, angle_tolerance_deg, notes).result(probability)
+    found = Joint(problem, members, bounds, tolerances, angle_tolerance_deg, notes).result(probability)
     return replace(found, notes=tuple(dict.fromkeys(found.notes)))

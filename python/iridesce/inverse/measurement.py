@@ -14,7 +14,7 @@ from iridesce.arguments.scalars import number, one_of
 
 QUANTITIES = ("reflectance", "transmittance", "psi", "delta")
 BASELINES = ("auto", "none", "constant", "linear", "quadratic")
-_FEWEST = 4
+FEWEST = 4
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,8 @@ class Measurement:
     gain           None: unknown; a number > 0 where it is known; "linear", "quadratic": unknown and changing along the
                    wavelengths. psi and delta have none
     baseline       stray light: "none", or smooth ("auto", "constant", "linear", "quadratic")
+    dark, reference, reference_stack  of counts, as for `ir.fit_thickness`: values, and noise where it is given, are then counts,
+                   and the gain is 1 within a few per cent unless ``gain`` says otherwise
     Raises         ValueError naming what is wrong
 
     >>> import iridesce as ir
@@ -48,6 +50,9 @@ class Measurement:
     noise: npt.ArrayLike | None = None
     gain: float | str | None = None
     baseline: str = "auto"
+    dark: npt.ArrayLike | None = None
+    reference: npt.ArrayLike | None = None
+    reference_stack: Any = None
 
     def __post_init__(self) -> None:
         one_of("quantity", self.quantity, QUANTITIES)
@@ -73,6 +78,30 @@ class Measurement:
                     "reflectance or transmittance where gain, baseline or polarization is given",
                     self.quantity,
                 )
+            if self.reference is not None:
+                raise complaint(
+                    f"{self.quantity} is no count, and has no reference",
+                    "reference",
+                    "left out for psi and delta",
+                    Words("given"),
+                )
+        if self.reference is None and (self.dark is not None or self.reference_stack is not None):
+            raise complaint(
+                "dark and reference_stack go with a reference: give reference=, too",
+                "dark" if self.dark is not None else "reference_stack",
+                "given with a reference",
+                Words("no reference"),
+            )
+        for name in ("dark", "reference"):
+            given = getattr(self, name)
+            if given is not None and (size := _column(name, given).size) != np.size(self.values):
+                raise complaint(
+                    f"{name} and values of {self.label} must be of one length, got {size}, {np.size(self.values)}",
+                    name,
+                    f"as long as values ({np.size(self.values)})",
+                    Words(size),
+                    f"of {self.label}",
+                )
         self.cleaned()
 
     @property
@@ -87,7 +116,7 @@ class Measurement:
         return f"{self.quantity}{part}, {self.angle_deg:g} degrees"
 
     def cleaned(self) -> tuple[Floats, Floats, Floats | None]:
-        """Ascending wavelengths, values and their standard deviations, without what is not finite.
+        """Ascending wavelengths, values and their standard deviations, as given, without what is not finite.
 
         Returns    three arrays; the third is None where ``noise`` is
         Raises     ValueError naming what is wrong
@@ -115,11 +144,11 @@ class Measurement:
                 raise refusal("noise", "> 0 and finite", Words(f"{sd.min()!r} to {sd.max()!r}"))
         good = np.isfinite(nm) & np.isfinite(values) & (nm > 0.0)
         order = np.argsort(nm[good], kind="stable")
-        if order.size < _FEWEST:
+        if order.size < FEWEST:
             raise complaint(
-                f"{self.label} has {order.size} usable points, at least {_FEWEST} are needed",
+                f"{self.label} has {order.size} usable points, at least {FEWEST} are needed",
                 "values",
-                f"{_FEWEST} usable points or more",
+                f"{FEWEST} usable points or more",
                 Words(order.size),
                 f"of {self.label}",
             )

@@ -105,6 +105,7 @@ class FitResult(Sequence[Solution]):
     verdict          "clear": one order holds more than 0.95 of all probability; "ambiguous": several explanations share it;
                      "doubtful": nothing fits well, or the answer is an end of what was searched; "none": no film is the likeliest
     measurements     of a joint fit; wavelengths, measured and fitted values are then those of all, one after the other
+    points           of a joint fit: how many of each measurement were used
     no_film, other   probability that no film is seen, and that it is something else than this stack
 
     >>> import numpy as np
@@ -128,6 +129,7 @@ class FitResult(Sequence[Solution]):
     no_film: float = 0.0
     other: float = 0.0
     measurements: tuple[Measurement, ...] = ()
+    points: tuple[int, ...] = ()
 
     @property
     def best(self) -> Any:

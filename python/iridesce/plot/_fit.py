@@ -106,8 +106,9 @@ def _together(result: Any, ax: Axes | None, title: str | None, theme: str | None
     ax, look = begin(ax, theme, (7.6, 5.4))
     best = result.solutions[0] if result.solutions else None
     end, ticks, labels = 0, [], []
-    for level, one in enumerate(result.measurements):
-        count = one.cleaned()[0].size
+    # Answers that were stored by earlier versions do not say how many points of each they used: all of them.
+    points = result.points or [one.cleaned()[0].size for one in result.measurements]
+    for level, (one, count) in enumerate(zip(result.measurements, points, strict=True)):
         part = slice(end, end + count)
         end += count
         nm, values = result.wavelength_nm[part], result.measured[part]

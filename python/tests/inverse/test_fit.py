@@ -558,26 +558,23 @@ def test_plateaus_of_rounding_are_not_full_channels() -> None:
 
 
 def test_a_film_must_fill_the_channels_that_are_full() -> None:
-    problem = read_problem("air / soap ? / air", None, None, "reflectance", 0.0, "unpolarized")
     values = noisy(clean("air / soap ? / air", 750.0), 40.0)
     over = values > 0.8 * values.max()
     engine = Engine(
         Measured(NM[~over], values[~over], np.full((~over).sum(), 3e-4), 0.05), Light(None, True, False, False)
     )
-    held = Full(NM[over], np.full(int(over.sum()), 0.8 * values.max()), model_of(problem, NM[over]))
+    held = Full(NM[over], np.full(int(over.sum()), 0.8 * values.max()))
     even = np.array([0.0, 1.0, 0.3, 0.0, 0.0, 1.0, 0.0])
-    found = [
-        held.log_probability(engine, np.array([nm, 0.0]), clean("air / soap ? / air", nm, nm=NM[~over]), even)
-        for nm in (750.0, 640.0)
-    ]
-    assert found[0] > -1.0 and found[1] < -100.0
+
+    def filled(thickness_nm: float, row: Floats) -> float:
+        spectrum = clean("air / soap ? / air", thickness_nm)
+        return held.log_probability(engine, spectrum[~over], spectrum[over], row)
+
+    assert filled(750.0, even) > -1.0 and filled(640.0, even) < -100.0
     # A lamp that may bend makes up for what an even one does not.
     bent = even.copy()
     bent[3] = 0.3
-    assert (
-        held.log_probability(engine, np.array([640.0, 0.0]), clean("air / soap ? / air", 640.0, nm=NM[~over]), bent)
-        > -20.0
-    )
+    assert filled(640.0, bent) > -20.0
 
 
 def test_an_index_that_is_not_sure_widens_the_interval() -> None:

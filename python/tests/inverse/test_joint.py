@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,9 @@ import numpy.typing as npt
 import pytest
 
 import iridesce as ir
+from iridesce.inverse.blocks import PowerBlock
+from iridesce.inverse.full import full
+from iridesce.inverse.members import members
 
 Floats = npt.NDArray[np.float64]
 NM = np.arange(420.0, 780.0, 6.0)
@@ -34,6 +38,16 @@ def power(
     return ir.Measurement(
         quantity, NM, gain * (clean + 0.002 * random.standard_normal(NM.size)), angle_deg=angle_deg, **how
     )
+
+
+# Spectra of which some channels are full: plateaus of three and more.
+FINE = np.arange(440.0, 780.0, 1.5)
+
+
+def fine(text: str, quantity: str = "reflectance", angle_deg: float = 0.0, gain: float = 1.0) -> ir.Measurement:
+    clean = np.asarray(getattr(ir.Stack.parse(text), quantity)(FINE, angle_deg))
+    noise = 0.02 * np.std(clean) * np.random.default_rng(int(angle_deg) + len(quantity)).standard_normal(FINE.size)
+    return ir.Measurement(quantity, FINE, gain * (clean + noise), angle_deg)
 
 
 def fit(measurements: Any, stack: Any = OXIDE, **how: Any) -> Any:
@@ -82,6 +96,96 @@ def test_powers_with_gains_of_their_own() -> None:
     assert len(result.measurements) == 3 and result.measured.size == 3 * NM.size
     alone = fit(parts[:1], "air / Ta2O5 ? / N-BK7", thickness_range_nm=(650.0, 950.0))
     assert result.best.sd_nm < alone.best.sd_nm
+
+
+def clipped(of: ir.Measurement, share: float) -> ir.Measurement:
+    """Its channels full above this share of the range."""
+    values = np.asarray(of.values)
+    return replace(of, values=np.minimum(values, values.min() + share * np.ptp(values)))
+
+
+@pytest.mark.parametrize(
+    ("text", "thickness_nm", "which"),
+    [
+        ("air / SiO2 ? / Si", 640.0, (0,)),
+        ("air / PMMA ? / N-BK7", 1197.0, (0, 1)),
+        ("air / soap ? / air", 750.0, (1,)),
+    ],
+)
+def test_full_channels_at_one_angle_are_limits(text: str, thickness_nm: float, which: tuple[int, ...]) -> None:
+    parts = [fine(text.replace("?", f"{thickness_nm}"), angle_deg=angle, gain=3e4) for angle in (0.0, 45.0)]
+    given = [clipped(one, 0.85) if place in which else one for place, one in enumerate(parts)]
+    result = fit(given, text)
+    assert result.verdict == "clear" and result.best.kappa == 1.0
+    assert abs(result.best.thickness_nm - thickness_nm) < 4.0 * result.best.sd_nm < 8.0
+    words = [note for note in result.notes if "channels are full" in note]
+    assert len(words) == len(which) and all(note.startswith("reflectance, ") for note in words)
+    # What is full is no value: of each measurement those are told that were used.
+    assert result.points == tuple(
+        int((np.asarray(one.values) < np.max(one.values)).sum()) if place in which else np.size(one.values)
+        for place, one in enumerate(given)
+    )
+    assert result.measured.size == sum(result.points) == result.best.fitted.size
+    assert sum(line.get_gid() == "fitted" for line in result.plot().get_lines()) == 2
+
+
+def test_full_channels_of_reflectance_and_transmittance_are_limits() -> None:
+    text = "air / Ta2O5 777 / N-BK7"
+    gains = {"reflectance": 9e3, "transmittance": 5e4}
+    parts = [clipped(fine(text, quantity, gain=gain), 0.8) for quantity, gain in gains.items()]
+    result = fit(parts, "air / Ta2O5 ? / N-BK7")
+    assert result.verdict == "clear" and result.best.kappa == 1.0
+    assert abs(result.best.thickness_nm - 777.0) < 4.0 * result.best.sd_nm < 4.0
+    assert sum("channels are full" in note for note in result.notes) == 2
+
+
+def test_full_counts_beside_a_dark_and_a_reference_are_limits() -> None:
+    """Divided by the lamp they are no plateau any more; the counts tell which they are."""
+    random = np.random.default_rng(2)
+    light = 4e4 * np.exp(-(((FINE - 590.0) / 160.0) ** 2))
+    parts, divided = [], []
+    for angle in (0.0, 50.0):
+        seen, mirror = (
+            light * ir.Stack.parse(text).reflectance(FINE, angle) + 300.0 + 15.0 * random.standard_normal(FINE.size)
+            for text in ("air / SiO2 640 / Si", "air / Si")
+        )
+        full = np.minimum(seen, 0.75 * seen.max())
+        how: Any = {"dark": 300.0 + 0.0 * FINE, "reference": mirror, "reference_stack": "air / Si"}
+        parts.append(ir.Measurement("reflectance", FINE, full, angle, **how))
+        share = (full - 300.0) / (mirror - 300.0) * np.asarray(ir.Stack.parse("air / Si").reflectance(FINE, angle))
+        divided.append(ir.Measurement("reflectance", FINE, share, angle))
+    near: Any = {"thickness_range_nm": (300.0, 1000.0)}
+    result = fit(parts, **near)
+    assert result.verdict == "clear" and result.best.thickness_nm == pytest.approx(640.0, rel=0.002)
+    assert sum("channels are full" in note for note in result.notes) == 2
+    assert fit(divided, **near).verdict == "doubtful"
+
+
+def test_a_film_must_fill_the_channels_that_are_full() -> None:
+    """Of two films that go with the channels that were measured, the one that is darker at the full ones is none."""
+    text = "air / soap ? / air"
+    dark, bright = (np.asarray(ir.Stack.parse(text.replace("?", h)).reflectance(FINE)) for h in ("640", "750"))
+    over = (bright > 0.8 * bright.max()) & (dark < 0.5 * bright)
+    assert 10 < over.sum() < 150
+    values = np.where(over, 0.8 * bright.max(), np.minimum(bright, 0.79 * bright.max()))
+    (member,) = members([ir.Measurement("reflectance", FINE, values, gain=1.0, baseline="none", noise=1e-3)], [])
+    assert member.full is not None
+    block = PowerBlock(member, 0.05)
+    logs = []
+    for h in (750.0, 640.0):
+        spectrum = block.spectra(ir.Stack.parse(text.replace("?", f"{h}")), 0.0)[0]
+        block.fix(spectrum)
+        logs.append(block.log_full(spectrum))
+    assert logs[0] > -1.0 and logs[1] < -50.0
+
+
+def test_angles_of_ellipsometry_are_never_full() -> None:
+    """Films whose psi stands at its largest value for many channels are films all the same."""
+    values = np.where(FINE > 600.0, 90.0, 30.0 + 0.1 * FINE % 7.0)
+    assert full(values).any()
+    notes: list[str] = []
+    found = members([ir.Measurement("psi", FINE, values, 65.0)], notes)[0]
+    assert found.full is None and found.values.size == FINE.size and not notes
 
 
 def test_an_index_is_found_with_the_thickness() -> None:
@@ -182,6 +286,10 @@ def test_an_answer_is_shown() -> None:
         (lambda: ir.Measurement("psi", NM, NM[1:], 65.0), "one length"),
         (lambda: ir.Measurement("psi", NM, NM * np.nan, 65.0), "usable points"),
         (lambda: ir.Measurement("psi", NM, NM, 65.0, noise=0.0), "noise must be"),
+        (lambda: ir.Measurement("psi", NM, NM, 65.0, reference=NM), "no count"),
+        (lambda: ir.Measurement("reflectance", NM, NM, dark=NM), "go with a reference"),
+        (lambda: ir.Measurement("reflectance", NM, NM, reference=NM[1:]), "reference and values"),
+        (lambda: fit([ir.Measurement("reflectance", NM, NM, reference=0.0 * NM)]), "the reference is above the dark"),
         (lambda: fit([]), "measurements must be"),
         (lambda: fit(ellipsometry("air / Si", 65.0), index="cauchy"), "index must be"),
         (lambda: fit(ellipsometry("air / Si", 65.0), dark=NM), "without measurements="),
