@@ -28,6 +28,7 @@ from iridesce.inverse.posterior import (
     Engine,
     Light,
     Measured,
+    Nuisance,
     climb,
     log_sum,
     prior_density,
@@ -420,9 +421,11 @@ class Analysis:
         fitted = response * spectrum + stray
         residual = self.data.measured - fitted
         x = self.data.x
-        bent, drifts = row[3] > 0.0, bool((row[6:] > 0.0).any())
+        of = Nuisance(*row)
+        # Over the light that stray light of counts is divided by, it is a curve, too.
+        bent, drifts = of.bend > 0.0, of.drift > 0.0 or of.counted > 0.0
         gains = np.polynomial.polynomial.polyfit(x, response, 2) if bent else [float(response[0]), 0.0, 0.0]
-        baseline = () if row[4] == 0.0 else np.polynomial.polynomial.polyfit(x, stray, 2 if drifts else 0)
+        baseline = () if of.stray == 0.0 else np.polynomial.polynomial.polyfit(x, stray, 2 if drifts else 0)
         freedom = max(self.data.wavelength_nm.size - 1 - self.data.linear_count, 1)
         left = residual * self.data.weight
         gain, gain_slope, gain_bend = (float(value) for value in gains)
@@ -441,7 +444,7 @@ class Analysis:
             index,
             self.data.wavelength_nm,
             fitted,
-            float(row[5]),
+            float(of.kappa),
             lit=float(np.mean(response > _DIM * response.max())),
         )
 

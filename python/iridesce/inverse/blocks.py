@@ -12,7 +12,7 @@ from iridesce.inverse.data import scatter
 from iridesce.inverse.full import Full
 from iridesce.inverse.measurement import Measurement
 from iridesce.inverse.members import Member
-from iridesce.inverse.posterior import KAPPAS, Engine, Explanations, Measured, log_sum, temper
+from iridesce.inverse.posterior import KAPPAS, Engine, Explanations, Measured, Nuisance, log_sum, temper
 from iridesce.stack import Stack
 
 # Psi and delta of instruments, degrees: below this it is rounding.
@@ -100,7 +100,7 @@ class PowerBlock:
         logs = self.engine.log_evidences(spectrum, explanations)[0]
         self.used = explanations.only(np.flatnonzero(logs > logs.max() - 14.0))
         self.row = explanations.rows[int(logs.argmax())]
-        self.kappa = float(self.row[5])
+        self.kappa = float(Nuisance(*self.row).kappa)
 
     def logs(self, spectra: Floats) -> Floats:
         assert self.used is not None

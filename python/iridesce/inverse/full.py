@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import Floats
-from iridesce.inverse.posterior import Engine, Measured, log_twice_normal
+from iridesce.inverse.posterior import Engine, Measured, Nuisance, log_twice_normal
 
 Mask = npt.NDArray[np.bool_]
 
@@ -153,7 +153,7 @@ class Full:
         spectrum   of the film, at the channels that were measured
         beyond     of the film, at the full ones
         """
-        of = engine.of
+        of, of_row = engine.of, Nuisance(*row)
         nm = np.concatenate([of.wavelength_nm, self.wavelength_nm])
         order = np.argsort(nm, kind="stable")
         own = order >= of.wavelength_nm.size
@@ -166,10 +166,10 @@ class Full:
         wide = Engine(Measured(nm[order], values, sd, of.mean, light), engine.light)
         response, stray = wide.explain(film, row)
         lack = np.maximum(values - response * film - stray, 0.0)
-        noise = float(row[5]) * float(np.median(of.sd))
+        noise = float(of_row.kappa) * float(np.median(of.sd))
         total = 0.0
         for run in np.split(np.flatnonzero(own), np.flatnonzero(np.diff(np.flatnonzero(own)) > 1) + 1):
             # A response that bends is known there as well as it bends; along a run that error is one.
-            unknown = float(row[3]) * float(np.abs(response[run] * film[run]).mean())
+            unknown = float(of_row.bend) * float(np.abs(response[run] * film[run]).mean())
             total += log_twice_normal(-float(lack[run].mean()) / math.hypot(noise / math.sqrt(run.size), unknown))
         return total / engine.tempered

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -86,15 +87,31 @@ class Measured:
         return Measured(nm, values, sd, self.mean, light)
 
 
+class Nuisance(NamedTuple):
+    """One row of `Explanations`: a number for each of these names, as the core has them (crates/inverse/src/evidence.rs)."""
+
+    curves: float
+    gain: float
+    level: float
+    bend: float
+    stray: float
+    kappa: float
+    drift: float = 0.0
+    counted: float = 0.0
+    """1 where stray light is one of counts, 0 where it came through the lamp. The core is told by what it is given."""
+
+
 @dataclass(frozen=True)
 class Explanations:
-    """Nuisances, one a row, and the logarithm of the prior of each.
-
-    A row: curves, gain, level, bend, stray light, kappa, drift, as the core has them; and whether stray light is one of counts.
-    """
+    """Nuisances, one a row, and the logarithm of the prior of each."""
 
     rows: Floats
+    """(explanations, numbers of a `Nuisance`)"""
     log_prior: Floats
+
+    def of(self, name: str) -> Floats:
+        """One number of a `Nuisance`, of all of them."""
+        return np.asarray(self.rows[:, Nuisance._fields.index(name)])
 
     def only(self, places: npt.NDArray[np.intp]) -> Explanations:
         return Explanations(self.rows[places], self.log_prior[places])
@@ -160,7 +177,7 @@ class Engine:
         of, rows = self.of, explanations.rows
         spectra = np.atleast_2d(spectra)
         out = np.empty((len(spectra), len(rows)))
-        counted = self._counted(rows)
+        counted = explanations.of("counted") > 0.0
         for kind in np.unique(counted):
             chosen = counted == kind
             curves, needed = self._needed(rows[chosen])
@@ -182,7 +199,8 @@ class Engine:
         of = self.of
         rows = np.atleast_2d(row)
         curves, needed = self._needed(rows)
-        scale = self.per_light if self._counted(rows)[0] and self.per_light is not None else np.ones_like(of.sd)
+        counted = Nuisance(*row).counted > 0.0
+        scale = self.per_light if counted and self.per_light is not None else np.ones_like(of.sd)
         response, stray = _core.inverse_explain(
             of.wavelength_nm,
             of.measured * scale,
@@ -193,17 +211,12 @@ class Engine:
         )
         return response, stray / scale
 
-    @staticmethod
-    def _counted(rows: Floats) -> npt.NDArray[np.bool_]:
-        """Which nuisances have a stray light of counts."""
-        return np.asarray(rows[:, 7] > 0.0) if rows.shape[1] > 7 else np.zeros(len(rows), dtype=bool)
-
     def _needed(self, rows: Floats) -> tuple[list[tuple[float, float, float]], Floats]:
         """The curves that these nuisances use, and the nuisances counting among them: curves cost time to make."""
-        used, place = np.unique(rows[:, 0].astype(int), return_inverse=True)
-        return [self.curves[one] for one in used], np.ascontiguousarray(
-            np.column_stack([place.reshape(-1), rows[:, 1:7]])
-        )
+        of = Nuisance(*rows.T)
+        used, place = np.unique(np.asarray(of.curves).astype(int), return_inverse=True)
+        told = np.column_stack([place.reshape(-1), of.gain, of.level, of.bend, of.stray, of.kappa, of.drift])
+        return [self.curves[one] for one in used], np.ascontiguousarray(told)
 
     def films(self, spectrum: Floats) -> Explanations:
         """What may lie between a film of this spectrum and the data."""
@@ -230,14 +243,14 @@ class Engine:
                 # Of light through the same lamp, or of counts.
                 kinds = (0.0, 1.0) if self.per_light is not None and self.light.stray else (0.0,)
                 for stray, kappa, kind in product(strays, KAPPAS, kinds):
-                    rows.append((place, gain, level, bend, stray, kappa, drift, kind))
+                    rows.append(Nuisance(place, gain, level, bend, stray, kappa, drift, kind))
                     priors.append(gain_prior + math.log(bend_prior / len(strays) / len(KAPPAS) / len(kinds)))
         return Explanations(np.array(rows), np.array(priors))
 
     def quick(self, spectrum: Floats) -> Explanations:
         """Few of `films`, enough to tell which are worth a closer look."""
         every = self.films(spectrum)
-        curves, bend, stray = every.rows[:, 0], every.rows[:, 3], every.rows[:, 4]
+        curves, bend, stray = every.of("curves"), every.of("bend"), every.of("stray")
         flat = (bend == 0.0) | (self.light.gain is not None)
         few = flat | ((bend == bend.max()) & (curves < 3) & (stray == stray.max()))
         return every.only(np.flatnonzero(few))
@@ -251,15 +264,15 @@ class Engine:
         level = _FREE_LEVEL if self.light.gain is None else _REFERENCED
         stray = _STRAYS[-1] * self.of.mean if self.light.stray else 0.0
         bend = self._bends()[-1]
-        rows = [(0, gain, level, bend, stray, 3.0, bend) for gain in gains]
+        rows = [Nuisance(0, gain, level, bend, stray, 3.0, bend) for gain in gains]
         if self.light.gain is None and not self.light.bent:
             # Under a lamp that bends as it likes thin films are much alike; one that bends little tells them apart.
-            rows += [(0, gain, level, BENDS[0], stray, 3.0, BENDS[0]) for gain in gains]
-            rows += [(len(self.curves) - 1, gain, level, 0.0, stray, 3.0, _DRIFT) for gain in gains]
+            rows += [Nuisance(0, gain, level, BENDS[0], stray, 3.0, BENDS[0]) for gain in gains]
+            rows += [Nuisance(len(self.curves) - 1, gain, level, 0.0, stray, 3.0, _DRIFT) for gain in gains]
         if self.light.gain is not None and self.light.stray:
-            rows.append((self.lamps[-1], self.light.gain, level, bend, stray, 3.0, _DRIFT))
+            rows.append(Nuisance(self.lamps[-1], self.light.gain, level, bend, stray, 3.0, _DRIFT))
         if self.per_light is not None and self.light.stray:
-            return _even([(*row, kind) for row in rows for kind in (0.0, 1.0)])
+            return _even([row._replace(counted=kind) for row in rows for kind in (0.0, 1.0)])
         return _even(rows)
 
     def _typical(self) -> float:
@@ -303,7 +316,7 @@ class Engine:
         ones = np.ones_like(of.measured)
         level = abs(float(of.measured.mean())) or 1e-300
         sizes = [level * _GAIN_STEP**step for step in (-2, -1, 0, 1, 2)]
-        none: list[tuple[float, ...]] = []
+        none: list[Nuisance] = []
         log_prior: list[float] = []
         # As responses of films: half of them even, some of these with a baseline that drifts; the others of any lamp's course.
         drifts = _DRIFTS if self.light.stray else 0.0
@@ -313,7 +326,7 @@ class Engine:
         kinds += [(place, bend, 0.5 / len(shapes)) for place, bend in shapes]
         for place, bend, share in kinds:
             for size in sizes:
-                none += [(place, size, _FREE_LEVEL, bend, 0.0, kappa, 0.0) for kappa in KAPPAS]
+                none += [Nuisance(place, size, _FREE_LEVEL, bend, 0.0, kappa) for kappa in KAPPAS]
                 log_prior += [math.log(share / len(sizes) / len(KAPPAS))] * len(KAPPAS)
         lamp = self.log_evidences(ones, Explanations(np.array(none), np.array(log_prior)))
         found = [log_sum(lamp[0])]
@@ -325,7 +338,9 @@ class Engine:
             for length in self.fine:
                 place = len(LENGTHS_NM) + _OTHER_LENGTHS_NM.index(length)
                 other += [
-                    (place, size, _FREE_LEVEL, bend, 0.0, kappa, 0.0) for bend in _OTHER_BENDS for kappa in (1.0, 3.0)
+                    Nuisance(place, size, _FREE_LEVEL, bend, 0.0, kappa)
+                    for bend in _OTHER_BENDS
+                    for kappa in (1.0, 3.0)
                 ]
         rest = log_sum(self.log_evidences(ones, _even(other))[0]) if other else -math.inf
         return log_sum(np.array(found)) - math.log(len(found)), rest
@@ -333,10 +348,10 @@ class Engine:
 
 def only(row: Floats) -> Explanations:
     """One explanation alone."""
-    return _even([tuple(row)])
+    return _even([Nuisance(*row)])
 
 
-def _even(rows: Sequence[tuple[float, ...]]) -> Explanations:
+def _even(rows: Sequence[Nuisance]) -> Explanations:
     return Explanations(np.array(rows), np.full(len(rows), -math.log(len(rows))))
 
 

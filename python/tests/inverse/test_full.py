@@ -8,7 +8,7 @@ from fit_spectra import NM, Floats, bumps, clean, noisy
 
 import iridesce as ir
 from iridesce.inverse.full import Full, full
-from iridesce.inverse.posterior import Engine, Light, Measured
+from iridesce.inverse.posterior import Engine, Light, Measured, Nuisance
 
 
 @pytest.mark.parametrize("count", [4, 40])
@@ -77,7 +77,7 @@ def test_a_film_must_fill_the_channels_that_are_full() -> None:
         Measured(NM[~over], values[~over], np.full((~over).sum(), 3e-4), 0.05), Light(None, True, False, False)
     )
     held = Full(NM[over], np.full(int(over.sum()), 0.8 * values.max()))
-    even = np.array([0.0, 1.0, 0.3, 0.0, 0.0, 1.0, 0.0])
+    even = np.array(Nuisance(curves=0, gain=1.0, level=0.3, bend=0.0, stray=0.0, kappa=1.0))
 
     def filled(thickness_nm: float, row: Floats) -> float:
         spectrum = clean("air / soap ? / air", thickness_nm)
@@ -85,6 +85,5 @@ def test_a_film_must_fill_the_channels_that_are_full() -> None:
 
     assert filled(750.0, even) > -1.0 and filled(640.0, even) < -100.0
     # A lamp that may bend makes up for what an even one does not.
-    bent = even.copy()
-    bent[3] = 0.3
+    bent = np.array(Nuisance(*even)._replace(bend=0.3))
     assert filled(640.0, bent) > -20.0
