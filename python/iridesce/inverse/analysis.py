@@ -21,6 +21,7 @@ from iridesce.inverse.model import (
     harmonics,
     uneven,
 )
+from iridesce.inverse.peak import climb, together
 from iridesce.inverse.posterior import (
     PRIOR_FILM,
     PRIOR_NONE,
@@ -29,22 +30,18 @@ from iridesce.inverse.posterior import (
     Light,
     Measured,
     Nuisance,
-    climb,
     log_sum,
     prior_density,
     temper,
-    together,
 )
 from iridesce.inverse.remarks import Known, remarks
 from iridesce.inverse.results import FitResult, Solution, apart
 from iridesce.inverse.search import round_trip_rate, starts
 from iridesce.inverse.solve import Data, Fitted, Solver, student
 from iridesce.inverse.tolerances import Tolerances, by_index_off, widened, with_index_off
-from iridesce.inverse.verdict import FRINGES_OF_A_LAMP, Asked, verdict_of
+from iridesce.inverse.verdict import FRINGES_OF_A_LAMP, Asked, lit_share, verdict_of
 from iridesce.optics.averages import FWHM
 
-# Where the response is below this share of its largest, the film is not seen.
-_DIM = 0.1
 # Explanations whose probability is below this share of the best one's are not listed.
 _LEAST_LIKELY = 1e-4
 # The noise is at least this share of the largest value: below, it is the rounding of the models.
@@ -445,7 +442,7 @@ class Analysis:
             self.data.wavelength_nm,
             fitted,
             float(of.kappa),
-            lit=float(np.mean(response > _DIM * response.max())),
+            lit=lit_share(response),
         )
 
     # --- answer

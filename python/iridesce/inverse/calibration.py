@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,30 +17,18 @@ from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import file_name, number
 from iridesce.files.whole import read_whole, write_whole
+from iridesce.inverse.calibration_fit import KNOTS, contact_gap, fit, not_negative, of_any_sign
 from iridesce.inverse.model import Problem, describe, read_problem
 from iridesce.inverse.pictures import Picture, clip_levels, corrected, read_mask, read_picture
 from iridesce.inverse.views import View, of_response, reflectances, wavelengths
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 _FORMAT = "iridesce camera calibration"
 _MOST_BYTES = 1 << 22
-# Wavelengths of the response, nm: hats as wide as rings of a few um can tell apart.
-_KNOTS = np.arange(390.0, 771.0, 10.0)
-# Thicknesses over which pixels are averaged.
-_BINS = 700
-_LEAST_BIN = 4
-# A film must show so much of its colours: from its thinnest to its thickest, nm of optical path.
-_LEAST_SPAN_NM = 250.0
-# Weights of the roughness that are tried, of the normal matrix.
-_ROUGH = np.geomspace(1e-7, 1e1, 17)
 # Relative uncertainty of the scale that a lens leaves (two pictures of one rig), when its radius is exact.
 _SCALE_SD = 0.004
-# Contact gaps that are tried where the thickness is a model, nm, and with which roughness.
-_GAPS_NM = np.arange(-60.0, 61.0, 15.0)
-_GAP_ROUGH = 1e-4
-# Where weights >= 0 leave so many times what signed ones leave (or the noise), channels are mixed.
-_MIXED = 1.5
-# Normal matrix and right side to a solution.
-Solved = Callable[[Floats, Floats], Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,11 +152,11 @@ class CameraCalibration:
                 "a picture whose channels vary",
                 Words("one with a constant channel"),
             )
-        gap = _contact_gap(problem, picture, known, usable, _not_negative) if place is not None else 0.0
-        best = _fit(problem, picture, known + gap, usable)
+        gap = contact_gap(problem, picture, known, usable, not_negative) if place is not None else 0.0
+        best = fit(problem, picture, known + gap, usable)
         if best.is_signed and place is not None:
-            gap = _contact_gap(problem, picture, known, usable, _signed)
-            best = _fit(problem, picture, known + gap, usable)
+            gap = contact_gap(problem, picture, known, usable, of_any_sign)
+            best = fit(problem, picture, known + gap, usable)
         if best.misfit > 0.25:
             raise complaint(
                 f"the picture does not show this film: {100.0 * best.misfit:.0f} % of its contrast is left over "
@@ -181,7 +168,7 @@ class CameraCalibration:
         scale = best.response.sum(axis=0).mean()
         red, green, blue = (best.haze / scale).tolist()
         return cls(
-            _KNOTS.copy(),
+            KNOTS.copy(),
             best.response / scale,
             (red, green, blue),
             best.misfit,
@@ -195,6 +182,38 @@ class CameraCalibration:
     def scale_sd(self) -> float:
         """Relative standard deviation of thicknesses found with it, its own film being exact."""
         return math.hypot(_SCALE_SD, 0.05 * self.misfit)
+
+    def __str__(self) -> str:
+        peaks = ", ".join(f"{nm:.0f}" for nm in self.wavelength_nm[self.response.argmax(axis=0)])
+        middle = "" if self.center is None else f", middle of the rings at {self.center[0]:.1f}, {self.center[1]:.1f}"
+        return (
+            f"{self.stack}: channels largest at {peaks} nm, {100.0 * self.misfit:.1f} % of the contrast left over, "
+            f"gap {self.gap_nm:.1f} nm{middle}"
+        )
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        return f"<pre>{escape(str(self))}</pre>"
+
+    def plot(self, ax: Axes | None = None, *, title: str | None = None, theme: str | None = None) -> Axes:
+        """What red, green and blue see, over wavelength.
+
+        ax, title, theme  as in `iridesce.plot`
+        Returns    the Axes
+        Raises     ValueError as there
+
+        >>> import numpy as np
+        >>> import iridesce as ir
+        >>> gap = np.linspace(0.0, 2500.0, 200) + np.zeros((20, 1))
+        >>> seen = ir.Stack(["N-BK7", ir.Layer("air", gap), "N-BK7"]).color(space="linear-srgb")
+        >>> ax = ir.CameraCalibration.from_known(seen, "N-BK7 / air ? / N-BK7", gap).plot()
+        >>> [line.get_label() for line in ax.get_lines()][:3]
+        ['red', 'green', 'blue']
+        """
+        from iridesce.plot import _calibration
+
+        return _calibration.plot(self, ax, title, theme)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes it as JSON.
@@ -308,164 +327,3 @@ def _center(given: Any, picture: Picture, usable: npt.NDArray[np.bool_]) -> tupl
         return at + (0.5 * (low - high) / bend if bend < 0.0 else 0.0)
 
     return 0.5 * between(total[row], int(column)), 0.5 * between(total[:, column], int(row))
-
-
-@dataclass(frozen=True)
-class _Fit:
-    response: Floats
-    haze: Floats
-    misfit: float
-    is_signed: bool
-
-
-def _contact_gap(
-    problem: Problem, picture: Picture, known: Floats, usable: npt.NDArray[np.bool_], solved: Solved
-) -> float:
-    """What is to be added to a model's thickness: the least of the misfit, by a parabola."""
-
-    def left(gap: float) -> float:
-        thickness, means, _ = _profile(known + gap, picture, usable)
-        columns = np.column_stack([_design(problem, thickness), np.ones(thickness.size)])
-        size = float(np.trace(columns[:, :-1].T @ columns[:, :-1])) / _KNOTS.size
-        normal = columns.T @ columns + _GAP_ROUGH * size * _roughness()
-        rest = [mean - columns @ solved(normal, columns.T @ mean) for mean in means]
-        return float(sum(np.sum(one**2) / np.var(mean) for one, mean in zip(rest, means, strict=True)))
-
-    lowest = float(known[usable].min())
-    gaps = _GAPS_NM[_GAPS_NM + lowest >= 0.0]
-    for step in (15.0, 4.0):
-        sizes = np.array([left(float(gap)) for gap in gaps])
-        best = int(sizes.argmin())
-        middle = float(gaps[best])
-        if step == 15.0:
-            gaps = middle + step * np.array([-0.6, -0.3, 0.0, 0.3, 0.6])
-            gaps = gaps[gaps + lowest >= 0.0]
-        elif 0 < best < gaps.size - 1:
-            low, mid, high = sizes[best - 1 : best + 2]
-            middle += 0.5 * (low - high) / (low - 2.0 * mid + high) * float(gaps[1] - gaps[0])
-    return middle
-
-
-def _roughness() -> Floats:
-    """Sum of squares of second differences of a spectrum; the constant has none."""
-    bend = np.diff(np.eye(_KNOTS.size), n=2, axis=0)
-    rough = np.zeros((_KNOTS.size + 1, _KNOTS.size + 1))
-    rough[:-1, :-1] = bend.T @ bend
-    return rough
-
-
-def _profile(
-    known: Floats, picture: Picture, usable: npt.NDArray[np.bool_]
-) -> tuple[Floats, list[Floats], list[float]]:
-    """Mean light of each channel over all pixels of about one thickness, and its standard deviation."""
-    nm, light = known[usable], picture.pixels[usable].astype(np.float64)
-    low, high = float(nm.min()), float(nm.max())
-    if high - low < _LEAST_SPAN_NM:
-        raise complaint(
-            f"thickness_nm spans {high - low:.0f} nm; a response can be learnt from {_LEAST_SPAN_NM:.0f} nm on, better from 2000",
-            "thickness_nm",
-            f"{_LEAST_SPAN_NM:.0f} nm wide or more",
-            Words(f"{high - low:.0f} nm"),
-        )
-    bins = np.minimum(((nm - low) / (high - low) * _BINS).astype(int), _BINS - 1)
-    count = np.bincount(bins, minlength=_BINS).astype(np.float64)
-    full = count >= _LEAST_BIN
-    if full.sum() < 60:
-        raise complaint(
-            f"only {int(full.sum())} thicknesses have {_LEAST_BIN} pixels or more; at least 60 are needed",
-            "thickness_nm",
-            f"60 thicknesses with {_LEAST_BIN} pixels each, or more",
-            Words(int(full.sum())),
-        )
-    means, sds = [], []
-    for c in range(3):
-        mean = np.bincount(bins, light[:, c], minlength=_BINS)[full] / count[full]
-        # What second differences leave: the film's own course is smooth over so narrow bins.
-        noise = np.median(np.abs(mean[2:] - 2.0 * mean[1:-1] + mean[:-2])) / 0.6745 / math.sqrt(6.0)
-        means.append(mean)
-        sds.append(max(float(noise), 1e-4 * float(np.ptp(mean))))
-    return np.bincount(bins, nm, minlength=_BINS)[full] / count[full], means, sds
-
-
-def _fit(problem: Problem, picture: Picture, known: Floats, usable: npt.NDArray[np.bool_]) -> _Fit:
-    """Smooth spectra from the means of all pixels of about one thickness; not negative where such ones do."""
-    thickness, means, sds = _profile(known, picture, usable)
-    design = _design(problem, thickness)
-    found, signed = (
-        [_smooth(design, mean, sd, solved) for mean, sd in zip(means, sds, strict=True)]
-        for solved in (_not_negative, _signed)
-    )
-    is_signed = any(
-        np.std(one[2]) > _MIXED * max(float(np.std(other[2])), 1.05 * sd)
-        for one, other, sd in zip(found, signed, sds, strict=True)
-    )
-    if is_signed:
-        found = signed
-    misfits = [
-        float(np.sqrt(np.mean(left**2)) / max(float(np.std(mean)), 1e-30))
-        for (_, _, left), mean in zip(found, means, strict=True)
-    ]
-    return _Fit(
-        np.stack([q for q, _, _ in found], axis=1),
-        np.array([o for _, o, _ in found]),
-        float(np.mean(misfits)),
-        is_signed,
-    )
-
-
-def _design(problem: Problem, thickness: Floats) -> Floats:
-    """(thicknesses, knots): the film's light in each hat."""
-    fine = np.arange(_KNOTS[0] - 10.0, _KNOTS[-1] + 10.5, 1.0)
-    spectra = np.asarray(problem.with_thickness([thickness[:, None]]).reflectance(fine))
-    hats = np.maximum(1.0 - np.abs(fine[:, None] - _KNOTS) / (_KNOTS[1] - _KNOTS[0]), 0.0)
-    return np.asarray(spectra @ (hats / hats.sum(axis=0)))
-
-
-def _smooth(design: Floats, mean: Floats, sd: float, solved: Solved) -> tuple[Floats, float, Floats]:
-    """The smoothest spectrum, and constant, that leave no more than the noise."""
-    columns = np.column_stack([design, np.ones(mean.size)])
-    normal, right = columns.T @ columns, columns.T @ mean
-    size = float(np.trace(design.T @ design)) / _KNOTS.size
-    rough = _roughness()
-    best: tuple[Floats, Floats] | None = None
-    floor = None
-    for weight in _ROUGH:
-        q = solved(normal + weight * size * rough, right)
-        left = mean - columns @ q
-        size_left = float(np.sqrt(np.mean(left**2)))
-        floor = size_left if floor is None else floor
-        if best is None or size_left <= max(1.05 * sd, 1.03 * floor):
-            best = (q, left)
-        else:
-            break
-    assert best is not None
-    return best[0][:-1], float(best[0][-1]), best[1]
-
-
-def _signed(normal: Floats, right: Floats) -> Floats:
-    """Least squares."""
-    ridge = 1e-12 * float(np.trace(normal)) / right.size
-    return np.asarray(np.linalg.solve(normal + ridge * np.eye(right.size), right))
-
-
-def _not_negative(normal: Floats, right: Floats) -> Floats:
-    """Least squares with every unknown >= 0 (Lawson and Hanson's active set, started from all free)."""
-    free = np.ones(right.size, dtype=bool)
-    ridge = 1e-12 * float(np.trace(normal)) / right.size
-    for _ in range(4 * right.size):
-        q = np.zeros(right.size)
-        part = normal[np.ix_(free, free)] + ridge * np.eye(int(free.sum()))
-        q[free] = np.linalg.solve(part, right[free])
-        if (q[free] < 0.0).any():
-            free &= q > 0.0
-            continue
-        pull = right - normal @ q
-        pull[free] = 0.0
-        if pull.max() <= 1e-9 * float(np.abs(right).max()):
-            return q
-        free[int(pull.argmax())] = True
-        # A step back and forth ends where the pull is within rounding of nothing.
-        trial = np.linalg.solve(normal[np.ix_(free, free)] + ridge * np.eye(int(free.sum())), right[free])
-        if trial[np.flatnonzero(free) == int(pull.argmax())][0] <= 0.0:
-            return q
-    return np.maximum(q, 0.0)

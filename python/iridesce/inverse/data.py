@@ -154,7 +154,9 @@ def referenced(
     q = (m - d) / light
     v = [one[lit] for one in variance]
     sd = of * np.sqrt(v[0] + q * q * v[1] + (1.0 - q) ** 2 * v[2]) / light
-    sd = np.maximum(sd, 1e-6 * float(np.nanmax(np.abs(q * of), initial=1e-300)))
+    # Of a film without any light in it, the reference's own reflectance is what is small or large.
+    largest = float(np.nanmax(np.abs(q * of), initial=0.0)) or float(np.abs(of).max())
+    sd = np.maximum(sd, 1e-6 * max(largest, 1e-300))
     return nm, q * of, sd, filled, _course(nm, light / of, np.sqrt(v[1] + v[2]) / light)
 
 

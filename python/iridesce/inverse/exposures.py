@@ -25,6 +25,9 @@ _OFF = 2.0
 # What is left of an error that is the same for all pixels of one thickness, where gain and thickness have taken two of three
 # channels up: a third of its variance.
 _LEFT = 1.0 / 3.0
+# Of pictures in which more than this share of all channels is full the exposure may be any: of 28 films behind a detector that
+# was cut lower and lower those with up to 78 % were right wherever they were sure, of those with 80 % and more half.
+_MOST_FULL = 0.7
 # And what a mean over `_SAMPLED` pixels in 24 parts of the range has by chance, of the noise's variance: three sd of chi square.
 _CHANCE = 0.006
 
@@ -38,7 +41,13 @@ class Exposed:
     haze: tuple[float, float, float]
     cost: float
     misfit: float
+    """Infinite where no pixel tells: some channel of each is full, or cut."""
     bias: float
+
+    @property
+    def kappa(self) -> float:
+        """By how much noise and model are taken to be larger than they should be."""
+        return max(self.misfit, 1.0) if math.isfinite(self.misfit) else 1.0
 
 
 def exposures(setup: Setup, shot: Shot, tables: list[View], tell: Tell | None) -> list[Exposed]:
@@ -60,7 +69,7 @@ def _untied(setup: Setup, shot: Shot, one: Exposed) -> float:
     nm = np.array([nm for _, nm in shot.ties], dtype=np.float32)
     of = None if shot.angles.table_of is None else np.ascontiguousarray(shot.angles.table_of[places])
     first, step = setup.steps
-    row = shot.row(one.gain, one.haze, max(one.misfit, 1.0))
+    row = shot.row(one.gain, one.haze, one.kappa)
     pixels = np.ascontiguousarray(shot.flat[places])
     mass = _core.picture_agreement(pixels, of, one.view.channels, first, step, row, nm, setup.quarter_nm)
     return float(-_TIED * np.log(np.maximum(np.nan_to_num(mass), 1e-6)).sum())
@@ -84,7 +93,7 @@ def agreed(
     """By thickness, with which probability other exposures, cameras and lamps that suit the picture give the same order."""
     best = rivals[0]
     # Costs count in units of the misfit that even the best one leaves.
-    weight = [math.exp(-(one.cost - best.cost) / max(best.misfit, 1.0) ** 2) for one in rivals]
+    weight = [math.exp(-(one.cost - best.cost) / best.kappa**2) for one in rivals]
     chosen: list[tuple[Exposed, float]] = []
     for one, share in zip(rivals, weight, strict=True):
         close = any(
@@ -103,7 +112,7 @@ def agreed(
     near = np.nan_to_num(nm[places], nan=first).astype(np.float32)
     masses = []
     for one, _ in chosen:
-        row = shot.row(one.gain, one.haze, max(best.misfit, 1.0), temper)
+        row = shot.row(one.gain, one.haze, best.kappa, temper)
         masses.append(_core.picture_agreement(pixels, of, one.view.channels, first, step, row, near, setup.quarter_nm))
     shares = np.array([share for _, share in chosen])
     shares /= shares.sum()
@@ -138,6 +147,15 @@ def doubts(shot: Shot, best: Exposed, grows: bool) -> list[str]:
     of_noise = float(np.mean(noise / (noise + (shot.unknown * values) ** 2)))
     most = math.sqrt(of_noise + _OFF**2 * (1.0 - of_noise))
     alike = math.sqrt(_LEFT * (1.0 - of_noise) + _CHANCE)
+    cut = float(np.mean(pixels >= shot.levels))
+    if cut > _MOST_FULL:
+        return [
+            f"{100.0 * cut:.0f} % of the picture is full: too little is left to tell its exposure by; no order is sure"
+        ]
+    if not math.isfinite(best.misfit):
+        return [
+            "no pixel has three channels between dark and full: whether the model holds is unknown; no order is sure"
+        ]
     found = []
     if best.misfit > most:
         found.append(

@@ -25,6 +25,7 @@ from iridesce.inverse.search import round_trip_rate
 from iridesce.inverse.solve import student
 from iridesce.inverse.summit import summit
 from iridesce.inverse.tolerances import Tolerances
+from iridesce.inverse.verdict import LEAST_LIT, lit_share
 from iridesce.optics.medium import Medium
 from iridesce.stack import Layer, Stack
 
@@ -331,6 +332,7 @@ class Joint:
             (block.values - one[0]) if block.of.quantity != "delta" else (block.values - one[0] + 180.0) % 360.0 - 180.0
             for one, block in zip(told, self.blocks, strict=True)
         ]
+        lit = [lit_share(one[1]) for one in told]
         chi2 = [float(np.mean((part / _sd(block)) ** 2)) for part, block in zip(left, self.blocks, strict=True)]
         return Solution(
             thickness[0] if lone else tuple(thickness),
@@ -349,6 +351,7 @@ class Joint:
             measured - np.concatenate(left) if measured.size == fitted.size else fitted,
             max(block.kappa for block in self.blocks),
             float(peak.x[-1]) if self.axes.angle_sd > 0.0 else 0.0,
+            lit=min(lit),
             precision_nm=precision[0] if lone else tuple(precision),
             precision_interval_nm=precise[0] if lone else tuple(precise),
             accuracy_nm=accuracy[0] if lone else tuple(accuracy),
@@ -397,7 +400,7 @@ class Joint:
         if none > 0.5 or not solutions:
             return "none"
         best = solutions[0]
-        if other > 0.5 or best.kappa >= 10.0 or peaks[0].at_end or not peaks[0].is_settled:
+        if other > 0.5 or best.kappa >= 10.0 or best.lit < LEAST_LIT or peaks[0].at_end or not peaks[0].is_settled:
             return "doubtful"
         known = any(block.of.of_polarization or block.of.gain is not None for block in self.blocks)
         if not known and self._fringes(peaks[0].x) < _FRINGES_OF_A_LAMP:
@@ -427,6 +430,10 @@ class Joint:
             self.notes.append("no film is the likeliest explanation of these measurements together")
         if not solutions:
             return
+        if solutions[0].lit < LEAST_LIT:
+            self.notes.append(
+                f"of one measurement the fringes of this film are seen in {solutions[0].lit:.0%} of the channels alone"
+            )
         if solutions[0].kappa > 1.0:
             self.notes.append(
                 f"the best film misses a measurement by about {solutions[0].kappa:g} times the noise: the index, an angle, "

@@ -14,6 +14,9 @@ from iridesce.inverse.full import parted
 from iridesce.inverse.measurement import FEWEST, Measurement
 from iridesce.inverse.posterior import Light
 
+# Squares of numbers beyond run over, or under.
+_LEAST_SIZE = 1e-60
+
 
 @dataclass(frozen=True)
 class Member:
@@ -69,6 +72,17 @@ def _power(one: Measurement, notes: list[str]) -> Member:
         if one.gain is None:
             light = Light(1.0, False, False, light.stray)
     part = parted(*cleaned(nm, values, noise, notes), filled, notes)
+    size = float(np.abs(part.values).max(initial=0.0))
+    if not (_LEAST_SIZE < size < 1.0 / _LEAST_SIZE or size == 0.0):
+        raise complaint(
+            f"values of {one.label} reach {size:.3g}, whose squares no number holds; give them in another unit",
+            "values",
+            f"of a size of {_LEAST_SIZE:g} to {1.0 / _LEAST_SIZE:g}",
+            Words(f"{size:.3g}"),
+            f"of {one.label}",
+        )
+    if np.ptp(part.values) <= 1e-12 * size:
+        notes.append("it does not vary with wavelength: it shows no film")
     if part.values.size < FEWEST:
         raise complaint(
             "; ".join([f"{one.label} has {part.values.size} usable points, at least {FEWEST} are needed", *notes]),

@@ -120,7 +120,7 @@ def solve(
         return verdict, before[0] if before is not None else Exposed(tables[0], 1.0, (0.0, 0.0, 0.0), 0.0, 1.0, 0.0)
     rivals = exposures(setup, shot, tables if before is None else [before[0].view], tell)
     best = rivals[0]
-    kappa = float(np.clip(best.misfit, 1.0, 5.0))
+    kappa = min(best.kappa, 5.0)
     height, width = shot.picture.shape
     skipped = np.ascontiguousarray(~shot.usable.reshape(-1))
     first, step = setup.steps
@@ -178,7 +178,7 @@ def solve(
             "clip": [float(v) if math.isfinite(v) else None for v in shot.levels],
             "temper": float(temper),
             "slope_nm": [float(across), float(down)],
-            "misfit": best.misfit,
+            "misfit": best.misfit if math.isfinite(best.misfit) else None,
             "bias": best.bias,
         },
     )

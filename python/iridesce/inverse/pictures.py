@@ -94,10 +94,16 @@ def _checked(values: Any, name: str) -> Pixels:
             Words(f"{array.shape[1]} x {array.shape[0]}"),
             must="have",
         )
-    out = np.array(array, dtype=np.float32, order="C")
+    with np.errstate(over="ignore"):
+        out = np.array(array, dtype=np.float32, order="C")
     out[~np.isfinite(out)] = np.nan
     if not np.isfinite(out).any():
-        raise complaint(f"{name} holds no number at all", name, "a picture with numbers in it", Words("none"))
+        raise complaint(
+            f"{name} holds no number at all that is finite and below 3.4e38",
+            name,
+            "a picture with numbers in it",
+            Words("none"),
+        )
     return out
 
 
@@ -121,19 +127,14 @@ def _npy_size(label: str) -> tuple[int, int] | None:
 
 
 def _piled_up(pixels: Pixels, usable: Mask, notes: list[str]) -> Floats:
-    """Levels at which many pixels of a channel that varies stand: where it was cut."""
+    """Levels at which many pixels of a channel that varies stand, half of them and more too: where it was cut."""
     full = np.full(3, np.inf)
     for c in range(3):
         values = pixels[..., c][usable]
         top = float(values.max(initial=0.0))
         count = int((values >= top).sum())
         share = count / max(values.size, 1)
-        if (
-            share > 2e-3
-            and count > 20
-            and top > float(np.median(values))
-            and np.unique(values[:: max(1, values.size // 50_000)]).size > 100
-        ):
+        if share > 2e-3 and count > 20 and top > 0.0 and np.unique(values[:: max(1, values.size // 50_000)]).size > 100:
             full[c] = top
             notes.append(
                 f"channel {'RGB'[c]} is full at {top:.4g} on {100.0 * share:.1f} % of the pixels: taken as at least that"
@@ -182,10 +183,20 @@ def corrected(picture: Picture, flat: Any, dark: Any) -> Picture:
     for name, one in (("dark", below), ("flat", above)):
         if np.ndim(one) and np.shape(one) != picture.pixels.shape:
             raise refusal(name, f"the size of the picture {picture.shape}", Words(np.shape(one)[:2]), must="have")
-    light = above - below
+    # Without a white surface nothing is known of the light's course, and a dark may be of any unit.
+    light = np.float32(1.0) if flat is None else above - below
+    if flat is not None and not (light > 0.0).any():
+        raise complaint(
+            "flat must be brighter than dark: " + ("it is 0 or less everywhere" if dark is None else "it is nowhere"),
+            "flat",
+            "brighter than dark at some pixel",
+            Words("nowhere"),
+        )
     with np.errstate(divide="ignore", invalid="ignore"):
         out = np.where(light > 0.0, (picture.pixels - below) / light, np.nan).astype(np.float32)
     notes: list[str] = []
+    if flat is not None and (unlit := int(np.any(~(light > 0.0), axis=2).sum())):
+        notes.append(f"flat is not brighter than dark at {unlit} pixels: they are left out")
     full = picture.full
     if full is None:
         full = _piled_up(picture.pixels, ~read_mask(np.isnan(picture.pixels).any(axis=2), picture.shape), notes)
@@ -193,7 +204,11 @@ def corrected(picture: Picture, flat: Any, dark: Any) -> Picture:
         out[picture.pixels >= full] = np.inf
         full = np.where(np.isfinite(full), np.float64(np.finfo(np.float32).max), np.inf)
     return replace(
-        picture, pixels=np.ascontiguousarray(out), full=full, cut_at_zero=picture.cut_at_zero and dark is None
+        picture,
+        pixels=np.ascontiguousarray(out),
+        full=full,
+        cut_at_zero=picture.cut_at_zero and dark is None,
+        notes=(*picture.notes, *notes),
     )
 
 

@@ -17,7 +17,8 @@ import numpy as np
 from iridesce.arguments.operands import Floats
 from iridesce.arguments.scalars import number
 from iridesce.inverse.model import Model, Problem, by_index, relative_slopes
-from iridesce.inverse.posterior import Engine, Peak, climb, only
+from iridesce.inverse.peak import Peak, climb
+from iridesce.inverse.posterior import Engine, only
 from iridesce.inverse.search import round_trip_rate
 from iridesce.inverse.solve import Fitted, Solver
 

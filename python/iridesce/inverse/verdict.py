@@ -17,8 +17,13 @@ _CLEAR = 0.95
 # As many fringes a lamp of unknown course may imitate: no answer below them is clear unless its response is even or known.
 FRINGES_OF_A_LAMP = 1.5
 _WORST_KAPPA = 10.0
-# A lamp shows a film in this share of its channels, at least.
-LEAST_LIT = 0.5
+# A lamp shows a film in this share of its channels, at least: where its response is above this share of its largest.
+LEAST_LIT, _DIM = 0.5, 0.1
+
+
+def lit_share(response: Floats) -> float:
+    """Share of the channels in which a film is seen; 0 where the response is below nought, of fringes upside down."""
+    return float(np.mean(response > _DIM * response.max()))
 
 
 @dataclass(frozen=True)

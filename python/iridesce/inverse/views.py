@@ -55,9 +55,10 @@ class Angles:
 
 def read_angles(given: Any, shape: tuple[int, int], index: float) -> Angles:
     """Even steps of sin**2, in which a film's path is nearly even; within a step the path sets the thickness."""
+    # Before they are numbers of 64 bits: an array of another picture may be large.
+    if np.shape(given) not in ((), shape):
+        raise refusal("angle_deg", f"one number or one a pixel {shape}", Words(f"shape {np.shape(given)}"))
     angle = plain_reals("angle_deg", given, "one number or one a pixel")
-    if angle.shape not in ((), shape):
-        raise refusal("angle_deg", f"one number or one a pixel {shape}", Words(f"shape {angle.shape}"))
     finite = np.isfinite(angle)
     if not finite.any() or (angle[finite] < 0.0).any() or (angle[finite] >= 90.0).any():
         worst = angle[finite & ((angle < 0.0) | (angle >= 90.0))]

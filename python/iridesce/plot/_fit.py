@@ -79,7 +79,8 @@ def plot(result: Fit, ax: Axes | None, title: str | None, theme: str | None) -> 
         )
     ax.set_xlim(nm[0], nm[-1])
     low, high = float(values.min()), float(values.max())
-    air = 0.08 * (high - low)
+    # Of a measurement that does not vary, too.
+    air = 0.08 * (high - low) or 0.08 * max(abs(high), 1e-12)
     ax.set_ylim(low - air, high + air * (3.5 if len(result) > 2 else 2.5))
     ax.set_xlabel("vacuum wavelength (nm)")
     ax.set_ylabel("measured" if not 0.0 <= low <= high <= 1.0 else "measured (ratio)")

@@ -59,6 +59,17 @@ def test_the_channels_are_those_of_the_rig(rig: ir.CameraCalibration) -> None:
     np.testing.assert_allclose(rig.response.sum(axis=0), truth.sum(axis=0), rtol=0.02)
 
 
+def test_a_calibration_is_shown(rig: ir.CameraCalibration) -> None:
+    import matplotlib.pyplot as plt
+
+    ax = rig.plot(title="a rig", theme="dark")
+    curves = [line for line in ax.get_lines() if line.get_gid() == "channel"]
+    for line, channel in zip(curves, rig.response.T, strict=True):
+        np.testing.assert_allclose(np.asarray(line.get_ydata()), channel / rig.response.max())
+    assert GAP in rig._repr_html_() and f"gap {rig.gap_nm:.1f} nm" in str(rig)
+    plt.close(ax.figure)
+
+
 def test_a_film_in_the_same_rig_has_the_right_scale(rig: ir.CameraCalibration) -> None:
     nm = draining()
     found = ir.map_thickness(seen(["air", 1.33, "air"], nm, 2), FILM, calibration=rig, thickness_range_nm=(0.0, 1200.0))

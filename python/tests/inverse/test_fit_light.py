@@ -14,7 +14,8 @@ import iridesce as ir
 from conftest import ROOT
 from iridesce.inverse.candidates import model_of
 from iridesce.inverse.model import read_problem
-from iridesce.inverse.posterior import Engine, Light, Measured, climb
+from iridesce.inverse.peak import climb
+from iridesce.inverse.posterior import Engine, Light, Measured
 
 
 def hard() -> Any:

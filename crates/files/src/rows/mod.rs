@@ -305,7 +305,11 @@ impl Rows {
 
 /// A number with both marks, `1,234.5` or `1.234,5`, groups thousands: which is which cannot be told safely. So does `1,234`
 /// in a row whose other numbers have decimal points.
+///
+/// A row without blanks, `446,987.25`, is one such number or a wavelength and its counts. Where a table has other rows that no
+/// grouped number can be, `444,1023.5`, or where what stands before the comma goes up or down from row to row, it is a table.
 fn thousands(lines: &[&str]) -> Result<(), String> {
+    let of_pairs = are_pairs(lines);
     for (index, line) in lines.iter().enumerate() {
         let has_both = line.contains(',') && line.contains('.');
         let is_row = line.trim_start().starts_with(|c: char| c.is_ascii_digit() || c == '"');
@@ -325,6 +329,9 @@ fn thousands(lines: &[&str]) -> Result<(), String> {
         // `400.5, 123,456` are three numbers between commas.
         let are_cells = !words.iter().any(|word| word.ends_with(','));
         let has_points = are_cells && words.iter().any(|word| word.contains('.') && !word.contains(','));
+        if words.len() == 1 && of_pairs {
+            continue;
+        }
         let grouped = words.iter().find(|word| is_grouped(word) || has_points && has_groups(word, ','));
         if let Some(word) = grouped {
             // `400,0.1` is two numbers between commas, not one with groups.
@@ -336,6 +343,24 @@ fn thousands(lines: &[&str]) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// Whether rows of two numbers between commas are such pairs, though some of them look like one number with groups: others do
+/// not, or all begin with wavelengths, numbers of three digits that go one way.
+fn are_pairs(lines: &[&str]) -> bool {
+    let number = |word: &str| word.trim().parse::<f64>().ok().filter(|value| value.is_finite());
+    let (firsts, grouped): (Vec<f64>, Vec<bool>) = lines
+        .iter()
+        .filter_map(|line| {
+            let (first, second) = line.split_once(',')?;
+            number(second)?;
+            Some((number(first)?, is_grouped(line.trim())))
+        })
+        .unzip();
+    let goes_one_way = [f64::lt, f64::gt].iter().any(|comes_before| {
+        firsts.windows(2).all(|two| comes_before(&two[0], &two[1])) && firsts.iter().all(|value| *value >= 100.0)
+    });
+    grouped.contains(&false) || (firsts.len() > 2 && goes_one_way)
 }
 
 /// `1,234.5`, `12.345.678,9`: groups of three digits between one mark, then the other mark once.

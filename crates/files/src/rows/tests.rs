@@ -47,6 +47,16 @@ fn thousands_marks_are_refused() {
     for text in ["nm;counts\n400.0;41\n400.5;61,233\n401.0;812\n", "nm\tcounts\n400.0\t1,233\n400.5\t61,233\n"] {
         assert!(Rows::read(text, 2).unwrap_err().contains("groups its thousands"), "{text:?}");
     }
+    // A spectrometer's whole wavelengths before counts of three digits, all of them or some.
+    for text in ["446,987.25\n447,912.5\n448,870.0\n", "nm,counts\n446,987.25\n447,1012.5\n448,99.5\n"] {
+        assert_eq!(
+            (read(text).columns[0].as_slice(), read(text).columns[1][0]),
+            ([446.0, 447.0, 448.0].as_slice(), 987.25)
+        );
+    }
+    for text in ["1,000.5\n1,001.5\n1,002.5\n", "1,000.5\n1,001.5\n"] {
+        assert!(Rows::read(text, 2).unwrap_err().contains("groups its thousands"), "{text:?}");
+    }
     assert_eq!(read("nm;R\n400;1,233\n401;1,234\n").columns[1], [1.233, 1.234], "decimal commas");
     assert_eq!(read("400.5, 123,456\n401.5, 124,457\n").columns.len(), 3);
 }
