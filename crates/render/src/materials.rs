@@ -116,6 +116,13 @@ pub struct CoatedSurface {
     pub rough: Option<RoughSurface>,
 }
 
+impl CoatedSurface {
+    /// Light passes it without being scattered.
+    pub fn is_glass(&self) -> bool {
+        !self.is_opaque && self.rough.is_none()
+    }
+}
+
 impl Material {
     /// The medium that fills the space behind.
     pub fn body(&self) -> Option<u8> {

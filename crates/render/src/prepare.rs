@@ -5,7 +5,7 @@ use iridesce_scene::{DeltaKind, Light, ResolvedScene, Texture};
 
 use crate::camera::{Ray, RayCamera};
 use crate::enclosing::enclosing_media;
-use crate::floors::Floors;
+use crate::floors::{Bodies, Floors};
 use crate::framebuffer::{RenderError, RenderOptions};
 use crate::geometry::{Geometry, Hit};
 use crate::integrator::extras::Extras;
@@ -13,7 +13,7 @@ use crate::levels::{Lit, Spectra, levels_for, spectra};
 use crate::lights::chooser::Extent;
 use crate::lights::seeds::Seeds;
 use crate::lights::{EmittingObject, EnvironmentLight};
-use crate::materials::{DiffuseColor, Material, materials, shown_index};
+use crate::materials::{CoatedSurface, DiffuseColor, Material, materials, shown_index};
 use crate::medium_stack::{Media, MediumStack, SURROUNDING};
 use crate::spectral::Probes;
 use crate::tiles::Rect;
@@ -121,7 +121,14 @@ impl Prepared {
         let camera_media =
             enclosing_media(&geometry, &bodies, |medium| media.priority(medium), scene.camera.position.into());
         let samples = options.samples.unwrap_or(scene.render.samples);
-        let has_bodies = materials.list.iter().any(|material| matches!(material, Material::Coating(_)));
+        let has = |counts: fn(&CoatedSurface) -> bool| {
+            materials.list.iter().any(|own| matches!(own, Material::Coating(coating) if counts(coating)))
+        };
+        let kinds = match (has(|_| true), has(CoatedSurface::is_glass)) {
+            (false, _) => Bodies::None,
+            (true, false) => Bodies::Other,
+            (true, true) => Bodies::Glass,
+        };
         Ok(Prepared {
             camera,
             part: options.part([width, height]),
@@ -133,13 +140,13 @@ impl Prepared {
             seed: options.seed.unwrap_or(scene.render.seed),
             max_depth: scene.render.max_depth,
             // (What ends once it has settled has few samples, whatever it may take.)
-            floors: Floors::new(if options.settled.is_some() { 1 } else { samples }, has_bodies),
+            floors: Floors::new(if options.settled.is_some() { 1 } else { samples }, kinds),
             is_sparse: options.settled.is_some(),
             camera_media,
             bodies,
             has_priorities: scene.objects.iter().any(|object| object.priority != 0),
             priorities: scene.objects.iter().map(|object| object.priority).collect(),
-            is_camera_wide: has_bodies && camera.is_wide(),
+            is_camera_wide: kinds != Bodies::None && camera.is_wide(),
             geometry,
             expected_shares: (materials.list.iter().map(|own| own.expected_share(&materials.diffuse)))
                 .chain([1.0])

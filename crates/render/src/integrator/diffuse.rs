@@ -32,7 +32,7 @@ impl Tracer<'_> {
             return false;
         }
         if path.hits <= self.scene.max_depth {
-            Self::raise_floor(path, luminances[1]);
+            self.raise_floor(path, luminances[1]);
         }
         let facing = if path.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
         let is_dark = self.is_dark(path.medium);

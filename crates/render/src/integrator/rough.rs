@@ -327,7 +327,7 @@ impl<'a> Tracer<'a> {
         }
         if path.hits <= self.scene.max_depth {
             // All of them together are looked at as closely as one.
-            Self::raise_floor(path, branches as f32 * luminance);
+            self.raise_floor(path, branches as f32 * luminance);
         }
         true
     }

@@ -70,7 +70,7 @@ impl<'a> Tracer<'a> {
         // Caustics are not looked for through it.
         path.chain = Chain::UNTOLD;
         self.scattered[mirrored.slot] = scattered.unwrap_or_default();
-        Self::raise_floor(&mut mirrored, luminance);
+        self.raise_floor(&mut mirrored, luminance);
         let passed_y = self.luminance(simd, path);
         match (reflected, passed) {
             (Continuation::Surface(back), Continuation::Surface(next)) => {

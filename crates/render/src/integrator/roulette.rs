@@ -20,10 +20,6 @@ use crate::sampler::Choices;
 /// chance in any case, and to look at it takes as long as for a branch of all the light.
 const SCATTERED: f32 = 0.02;
 
-/// After a surface that scatters a branch survives for certain down to this share of its luminance: its direction was a matter of
-/// chance, so that what follows need not be followed to the last detail.
-const FLOOR_SHARE: f32 = 0.25;
-
 /// So many hits beyond `max_depth` a walk is taken to be caught for good, as by total reflection in clear glass.
 const LONG_WALK: u32 = 100;
 
@@ -167,8 +163,8 @@ impl Tracer<'_> {
     /// Raises the floor of a branch that a surface has sent on by chance, with this luminance. It never falls again: each further such
     /// surface matters less.
     #[inline(always)]
-    pub(super) fn raise_floor(path: &mut Path, luminance: f32) {
-        path.floor = path.floor.max(FLOOR_SHARE * luminance);
+    pub(super) fn raise_floor(&self, path: &mut Path, luminance: f32) {
+        path.floor = path.floor.max(self.scene.floors.share * luminance);
     }
 
     /// Whether a branch of this luminance survives Russian roulette; its weight is divided by the probability.
