@@ -96,8 +96,15 @@ impl Choices {
     /// A point in the unit square. The n-th pairs of all samples of a pixel are a (0,2)-net of their own.
     #[inline(always)]
     pub fn pair(&mut self) -> (f64, f64) {
+        self.pairs(1).point(0)
+    }
+
+    /// A point in the unit square for each of so many branches: those of all samples of a pixel are one net together.
+    #[inline(always)]
+    pub fn pairs(&mut self, branches: u32) -> Pairs {
         self.pairs += 1;
-        net_point(mix64(self.key ^ self.pairs.wrapping_mul(0xD1B5_4A32_D192_ED03)), self.sample)
+        let key = mix64(self.key ^ self.pairs.wrapping_mul(0xD1B5_4A32_D192_ED03));
+        Pairs { key, first: self.sample.wrapping_mul(branches) }
     }
 
     /// Uniform in [0, 1).
@@ -107,24 +114,58 @@ impl Choices {
     }
 }
 
+/// Points of a net that belong to one sample.
+pub struct Pairs {
+    key: u64,
+    first: u32,
+}
+
+impl Pairs {
+    /// That of one of its branches.
+    #[inline(always)]
+    pub fn point(&self, branch: u32) -> (f64, f64) {
+        net_point(self.key, self.first.wrapping_add(branch))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn assert_net(points: &[(f64, f64)], what: &str) {
+        assert_eq!(points.len(), 16);
+        for split in 0..=4 {
+            let (columns, rows) = (1_usize << split, 1_usize << (4 - split));
+            let mut count = vec![0; 16];
+            for &(x, y) in points {
+                count[(y * rows as f64) as usize * columns + (x * columns as f64) as usize] += 1;
+            }
+            assert!(count.iter().all(|&c| c == 1), "{what}, {columns} x {rows}: {count:?}");
+        }
+    }
+
+    #[test]
+    fn branches_of_all_samples_are_a_net_together() {
+        for pixel in 0..50 {
+            let sampler = PixelSampler::new(7, pixel);
+            let points: Vec<(f64, f64)> = (0..4)
+                .flat_map(|sample| {
+                    let mut choices = sampler.choices(sample);
+                    choices.pair();
+                    let pairs = choices.pairs(4);
+                    (0..4).map(move |branch| pairs.point(branch))
+                })
+                .collect();
+            assert_net(&points, &format!("pixel {pixel}"));
+        }
+    }
 
     /// Every elementary rectangle of area 1/n of a (0,2)-net in base 2 holds exactly one of its n points.
     #[test]
     fn sixteen_points_are_a_net() {
         for pixel in 0..50 {
             let sampler = PixelSampler::new(7, pixel);
-            let points: Vec<(f64, f64)> = (0..16).map(|i| sampler.point(i)).collect();
-            for split in 0..=4 {
-                let (columns, rows) = (1_usize << split, 1_usize << (4 - split));
-                let mut count = vec![0; 16];
-                for &(x, y) in &points {
-                    count[(y * rows as f64) as usize * columns + (x * columns as f64) as usize] += 1;
-                }
-                assert!(count.iter().all(|&c| c == 1), "pixel {pixel}, {columns} x {rows}: {count:?}");
-            }
+            assert_net(&(0..16).map(|i| sampler.point(i)).collect::<Vec<_>>(), &format!("pixel {pixel}"));
         }
     }
 

@@ -82,8 +82,9 @@ impl<'a> Tracer<'a> {
             self.scale(simd, path, 1.0 / branches as f32);
         }
         let mut goes_on = false;
+        let pairs = choices.pairs(branches as u32);
         for number in (0..branches).rev() {
-            let first = (facets.ray.facet(&facets.spread, choices.pair()), f64::from(choices.next()));
+            let first = (facets.ray.facet(&facets.spread, pairs.point(number as u32)), f64::from(choices.next()));
             if number > 0 && self.finds_nothing(&hit, &facets, first) {
                 continue;
             }
