@@ -153,9 +153,10 @@ def test_pictures_that_are_full_on_most_pixels() -> None:
 
 def test_a_picture_of_which_no_pixel_is_whole_is_not_sure() -> None:
     """Some channel of each is full: how much the model misses nobody knows, and was taken to be without end."""
-    found = mapped(np.minimum(photograph(swirls()), 0.3))
-    assert found.sure == 0.0
-    found.to_dict()
+    for options in ({}, {"clip": 0.3}):
+        found = mapped(np.minimum(photograph(swirls()), 0.3), **options)
+        assert found.sure == 0.0 and found.to_dict()["calibration"]["misfit"] is None
+        assert any("no order is sure" in note for note in found.notes)
 
 
 def test_darks_and_flats_of_any_unit() -> None:
