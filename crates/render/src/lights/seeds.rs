@@ -67,6 +67,8 @@ struct Node {
 /// Seeds found by place.
 struct Boxes {
     seeds: Vec<Seed>,
+    /// The box of each, both ends, side by side: most seeds of a leaf do not hold a place, and their corners lie apart in memory.
+    own: Vec<[[f32; 3]; 2]>,
     nodes: Vec<Node>,
 }
 
@@ -126,7 +128,7 @@ impl Seeds {
     /// What is known of a place, of all lights, in an order that depends on the seeds alone.
     pub fn find(&self, place: Vec3, strength: Strength, found: &mut Vec<Candidate>) {
         found.clear();
-        let Boxes { seeds, nodes } = &self.strengths[usize::from(strength == Strength::Faint)];
+        let Boxes { seeds, own, nodes } = &self.strengths[usize::from(strength == Strength::Faint)];
         if nodes.is_empty() {
             return;
         }
@@ -145,8 +147,11 @@ impl Seeds {
                 count += 2;
                 continue;
             }
-            for seed in &seeds[node.at as usize..(node.at + node.count) as usize] {
-                found.extend(self.within(seed, place));
+            let leaf = node.at as usize..(node.at + node.count) as usize;
+            for (seed, [min, max]) in seeds[leaf.clone()].iter().zip(&own[leaf]) {
+                if (0..3).all(|i| point[i] >= f64::from(min[i]) && point[i] <= f64::from(max[i])) {
+                    found.extend(self.within(seed, place));
+                }
             }
         }
     }
@@ -203,7 +208,11 @@ impl Boxes {
         if !boxes.is_empty() {
             build(&mut boxes, 0, &mut nodes);
         }
-        Boxes { seeds: boxes.into_iter().map(|own| own.seed).collect(), nodes }
+        let own = boxes
+            .iter()
+            .map(|own| [own.min.map(|end| (end as f32).next_down()), own.max.map(|end| (end as f32).next_up())])
+            .collect();
+        Boxes { seeds: boxes.into_iter().map(|own| own.seed).collect(), own, nodes }
     }
 }
 
