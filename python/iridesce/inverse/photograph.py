@@ -14,7 +14,7 @@ from iridesce import _core
 from iridesce._progress import Tell, Told, check_progress, watched
 from iridesce.inverse.exposures import Exposed, agreed, doubts, exposures
 from iridesce.inverse.maps import ANCHORS, ThicknessResult
-from iridesce.inverse.pictures import Mask
+from iridesce.inverse.pictures import Mask, strips
 from iridesce.inverse.shots import Setup, Shot, read_setup, take
 from iridesce.inverse.views import View
 
@@ -229,7 +229,8 @@ def _nothing(setup: Setup, shot: Shot) -> ThicknessResult | None:
     seen = pixels if numbers.all() else pixels[numbers]
     # So many pixels, from all over the picture, show its range.
     some = seen[:: max(len(seen) // _RANGED, 1)]
-    mean = seen.mean(axis=0) if seen.size else np.zeros(3)
+    sums = [seen[part].sum(axis=0, dtype=np.float64) for part in strips(seen)] if seen.size else [np.zeros(3)]
+    mean = np.sum(sums, axis=0) / max(len(seen), 1)
     level = np.maximum(mean, 0.0)
     sd = np.sqrt(shot.noise[:, 0] + shot.noise[:, 1] * level)
     if full.mean() > 0.98 or not seen.size:

@@ -15,7 +15,16 @@ from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import checked_threads, number
 from iridesce.inverse.model import Problem, read_problem
-from iridesce.inverse.pictures import Mask, Picture, clip_levels, corrected, read_mask, read_picture
+from iridesce.inverse.pictures import (
+    Mask,
+    Picture,
+    clip_levels,
+    corrected,
+    lacks_numbers,
+    read_mask,
+    read_picture,
+    strips,
+)
 from iridesce.inverse.views import LAMPS, ORDER_NM, Angles, View, film_index, read_angles, read_cameras, views
 
 if TYPE_CHECKING:
@@ -177,7 +186,7 @@ def take(
     """Checks what belongs to one picture, and measures its noise."""
     picture = corrected(read_picture(image), flat, dark)
     angles = read_angles(angle_deg, picture.shape, setup.index)
-    usable = ~np.isnan(picture.pixels).any(axis=2) & ~read_mask(mask, picture.shape)
+    usable = ~lacks_numbers(picture.pixels) & ~read_mask(mask, picture.shape)
     if angles.factor is not None:
         usable &= np.isfinite(angles.factor).reshape(picture.shape)
     if not usable.any():
@@ -203,8 +212,11 @@ def _noise(picture: Picture, usable: Mask, given: Any) -> Floats:
         return np.stack([np.broadcast_to(sd, (3,)) ** 2, np.zeros(3)], axis=1)
     skipped = np.ascontiguousarray(~usable.reshape(-1))
     found = np.asarray(_core.picture_noise(picture.pixels.reshape(-1, 3), picture.shape[1], skipped))
-    known = np.where(np.isfinite(picture.pixels) & usable[..., None], picture.pixels, 0.0)
-    size = float(np.abs(known).mean())
+    total = 0.0
+    for part in strips(picture.pixels):
+        light = np.abs(picture.pixels[part])
+        total += float(np.sum(light, where=np.isfinite(light) & usable[part][..., None], dtype=np.float64))
+    size = total / picture.pixels.size
     # Steps may hide all other noise.
     found = np.maximum(found, np.asarray(picture.step))
     found[:, 0] = np.maximum(found[:, 0], max((_FLOOR * size) ** 2, 1e-18))
