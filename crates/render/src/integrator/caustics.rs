@@ -131,14 +131,15 @@ impl Tracer<'_> {
         let mut folded = [false; TRIES];
         for k in 0..tries {
             let candidate = &group[k * group.len() / tries];
+            let seen = self.scene.seeds.as_ref().and_then(|seeds| seeds.seen(candidate, from.hit.point));
+            let Some((direction, spread2)) = seen else { continue };
             // Where triangles overlap, the neighbour has found it.
             let is_found = lobes.iter().zip(folded).any(|(lobe, is_folded)| {
-                is_folded == candidate.is_folded
-                    && (lobe.axis - candidate.direction).length_squared() < NEIGHBOUR * candidate.spread2
+                is_folded == candidate.is_folded && (lobe.axis - direction).length_squared() < NEIGHBOUR * spread2
             });
             if !is_found {
                 folded[lobes.len()] = candidate.is_folded;
-                search.add(candidate.light, candidate.chain, candidate.direction, lobes);
+                search.add(candidate.light, candidate.chain, direction, lobes);
             }
         }
     }

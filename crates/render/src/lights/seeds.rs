@@ -46,10 +46,9 @@ pub struct Candidate {
     pub light: LightId,
     pub chain: Chain,
     pub irradiance: f64,
-    /// Where light comes from, about.
-    pub direction: Vec3,
-    /// The square of the angle over which it does within the triangle, about.
-    pub spread2: f64,
+    corners: [u32; 3],
+    /// How near the place lies to each corner.
+    shares: [f64; 3],
     /// The triangle is seen from its back: beyond a fold of the caustic the same chain leads to another place of the lamp.
     pub is_folded: bool,
 }
@@ -181,17 +180,26 @@ impl Seeds {
                 return None;
             }
         }
-        let from = corners[0].left * shares[0] + corners[1].left * shares[1] + corners[2].left * shares[2];
-        let away = from - place;
-        let side = |i: usize, j: usize| (corners[i].left - corners[j].left).length_squared();
-        (away.length_squared() > 0.0).then(|| Candidate {
+        Some(Candidate {
             light: seed.light,
             chain: seed.chain,
             irradiance: f64::from(seed.irradiance),
-            direction: away.normalized(),
-            spread2: side(0, 1).max(side(1, 2)).max(side(2, 0)) / away.length_squared(),
+            corners: seed.corners,
+            shares,
             is_folded: slope < 0.0,
         })
+    }
+
+    /// Where the light of what is known of a place comes from, about, and the square of the angle over which it does within the triangle.
+    /// (Most of it is never asked: this is not worked out before.)
+    #[inline(always)]
+    pub fn seen(&self, candidate: &Candidate, place: Vec3) -> Option<(Vec3, f64)> {
+        let left = candidate.corners.map(|corner| self.landings[corner as usize].left);
+        let shares = candidate.shares;
+        let away = left[0] * shares[0] + left[1] * shares[1] + left[2] * shares[2] - place;
+        let side = |i: usize, j: usize| (left[i] - left[j]).length_squared();
+        let spread2 = side(0, 1).max(side(1, 2)).max(side(2, 0)) / away.length_squared();
+        (away.length_squared() > 0.0).then(|| (away.normalized(), spread2))
     }
 }
 
