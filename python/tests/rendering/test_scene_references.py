@@ -46,8 +46,9 @@ def test_a_picture_that_is_brighter_by_six_percent_is_seen(name):
 
 
 def test_ghosts_on_the_table_of_the_coated_lens_are_no_bright_pixels():
-    """A face of the lens mirrors a hundredth of the windows onto the table, 60 times as bright as it. Left to chance down to a quarter
-    of what the table sends on, a sample that finds one adds five times the mean of the picture to its pixel; at a tenth, two."""
+    """A face of the lens mirrors a hundredth of the windows onto the table, 60 times as bright as it. Left to chance down to
+    a quarter of what the table sends on, a sample that finds one adds five times the mean of the picture to its pixel;
+    at a tenth, two."""
     mean = 0.127  # of Y over the whole picture
     for seed in range(1, 9):
         image = ir.render("coated-lens", size=(160, 120), samples=8, seed=seed, crop=(40, 102, 70, 18))
