@@ -364,6 +364,23 @@ def test_a_long_render_of_the_command_line_leaves_a_journal_when_killed(tmp_path
     assert journal.read_bytes().startswith(before[: len(before) // 2])
 
 
+def test_a_render_that_is_asked_to_resume_keeps_a_journal_from_its_first_tile_on(tmp_path):
+    never = (
+        "from iridesce.cli import main\nfrom iridesce.cli.verbs import render\nrender._JOURNAL_AFTER_S = 1e9\nmain()"
+    )
+    command = ["render", "soap-bubble", "--samples", "4096", "--size", "400x300", "--resume", "-o", "x.exr"]
+    process = subprocess.Popen(
+        [sys.executable, "-c", never, *command], cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    journal = tmp_path / "x.exr.journal"
+    started = time.perf_counter()
+    while not journal.exists() and process.poll() is None and time.perf_counter() - started < 30.0:
+        time.sleep(0.05)
+    process.kill()
+    process.wait()
+    assert journal.exists()
+
+
 def test_the_journal_goes_when_the_file_is_whole(tmp_path):
     size = ("--samples", "3", "--size", "50x37", "-o", "x.exr")
     ir.render("soap-bubble", **SMALL, resume=tmp_path / "x.exr.journal")

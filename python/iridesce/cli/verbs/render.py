@@ -26,7 +26,7 @@ from iridesce.cli.reading import (
 if TYPE_CHECKING:
     from iridesce.image import Image
 
-# Shorter renders leave no journal behind when they are killed: they are sooner made again.
+# Shorter renders leave no journal behind when they are killed, unless --resume asks for one: they are sooner made again.
 _JOURNAL_AFTER_S = 10.0
 
 
@@ -101,7 +101,7 @@ def verb(
     asked: dict[str, Any] = {"samples": samples, "seed": seed, "size": width_height, "threads": threads}
     asked |= {"until": until, "time_s": time_, "crop": part, "shard": share}
     asked |= {"spectral_nm": None if spectral is None else wavelengths_of(spectral), "stokes": stokes}
-    keep = Keep(journal, _JOURNAL_AFTER_S, resume)
+    keep = Keep(journal, 0.0 if resume else _JOURNAL_AFTER_S, resume)
     if dask is None:
         image = draw(loaded, asked, keep, progress=True)
     else:
