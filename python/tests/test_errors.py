@@ -274,7 +274,7 @@ BARE: dict[str, tuple[int, str]] = {
     "image.py": (1, A_FILE),
     "inverse/calibration.py": (3, A_FILE),
     "inverse/pictures.py": (3, A_FILE),
-    "inverse/series.py": (1, PICTURES),
+    "inverse/series_data.py": (1, PICTURES),
     "optics/database.py": (2, A_FILE),
     "rendering/animation.py": (6, A_FILE),
     "rendering/journal.py": (3, A_RUN),

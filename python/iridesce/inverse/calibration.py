@@ -17,7 +17,7 @@ from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import file_name, number
 from iridesce.files.whole import read_whole, write_whole
-from iridesce.inverse.calibration_fit import KNOTS, contact_gap, fit, not_negative, of_any_sign
+from iridesce.inverse.calibration_fit import KNOTS, ResponseFit, contact_gap, fit, not_negative, of_any_sign
 from iridesce.inverse.model import Problem, describe, read_problem
 from iridesce.inverse.pictures import Picture, clip_levels, corrected, read_mask, read_picture
 from iridesce.inverse.views import View, of_response, reflectances, wavelengths
@@ -118,24 +118,7 @@ class CameraCalibration:
                 "one that leaves pixels whose channels are finite and not full",
                 Words("none of them"),
             )
-        if callable(getattr(thickness_nm, "at_point", None)):
-            if pixel_um is None:
-                raise complaint(
-                    "pixel_um is needed to lay out a thickness model",
-                    "pixel_um",
-                    "a number > 0 with a thickness model",
-                    None,
-                )
-            pixel_mm = 1e-3 * number("pixel_um", pixel_um, low=0.0, high=1e6, includes_low=False)
-            place = _center(center, picture, usable)
-            known = _laid_out(thickness_nm, picture.shape, pixel_mm, place)
-        else:
-            known = plain_reals("thickness_nm", thickness_nm, "numbers, one for each pixel, or a model")
-            if known.shape != picture.shape:
-                raise refusal(
-                    "thickness_nm", f"a value for each pixel {picture.shape}", Words(known.shape), must="hold"
-                )
-            place = None
+        known, place = _known(thickness_nm, pixel_um, center, picture, usable)
         usable &= np.isfinite(known)
         if not usable.any() or (known[usable] < 0.0).any():
             raise complaint(
@@ -144,27 +127,7 @@ class CameraCalibration:
                 ">= 0, and known somewhere that is not masked",
                 Words("values below 0, or none"),
             )
-        seen = picture.pixels[usable]
-        if (np.ptp(seen, axis=0) <= 1e-6 * np.abs(seen).max(axis=0, initial=0.0)).any():
-            raise complaint(
-                "a channel of the picture has one value throughout: it shows no film",
-                "image",
-                "a picture whose channels vary",
-                Words("one with a constant channel"),
-            )
-        gap = contact_gap(problem, picture, known, usable, not_negative) if place is not None else 0.0
-        best = fit(problem, picture, known + gap, usable)
-        if best.is_signed and place is not None:
-            gap = contact_gap(problem, picture, known, usable, of_any_sign)
-            best = fit(problem, picture, known + gap, usable)
-        if best.misfit > 0.25:
-            raise complaint(
-                f"the picture does not show this film: {100.0 * best.misfit:.0f} % of its contrast is left over "
-                "(center, pixel_um, stack, or a curve that is not linear)",
-                "image",
-                "a picture of this film",
-                Words(f"one with {100.0 * best.misfit:.0f} % of its contrast left over"),
-            )
+        best, gap = _learnt(problem, picture, known, usable, has_contact=place is not None)
         scale = best.response.sum(axis=0).mean()
         red, green, blue = (best.haze / scale).tolist()
         return cls(
@@ -291,6 +254,59 @@ class CameraCalibration:
         found = of_response("calibration", "calibration", np.stack(columns, axis=1), spectra)
         # The balance of the channels was measured: it is as it is.
         return found[-1:]
+
+
+def _known(
+    thickness_nm: Any,
+    pixel_um: float | None,
+    center: tuple[float, float] | None,
+    picture: Picture,
+    usable: npt.NDArray[np.bool_],
+) -> tuple[Floats, tuple[float, float] | None]:
+    """The thickness of every pixel, nm; and the middle of the model that was laid out, None for a map."""
+    if not callable(getattr(thickness_nm, "at_point", None)):
+        known = plain_reals("thickness_nm", thickness_nm, "numbers, one for each pixel, or a model")
+        if known.shape != picture.shape:
+            raise refusal("thickness_nm", f"a value for each pixel {picture.shape}", Words(known.shape), must="hold")
+        return known, None
+    if pixel_um is None:
+        raise complaint(
+            "pixel_um is needed to lay out a thickness model",
+            "pixel_um",
+            "a number > 0 with a thickness model",
+            None,
+        )
+    pixel_mm = 1e-3 * number("pixel_um", pixel_um, low=0.0, high=1e6, includes_low=False)
+    place = _center(center, picture, usable)
+    return _laid_out(thickness_nm, picture.shape, pixel_mm, place), place
+
+
+def _learnt(
+    problem: Problem, picture: Picture, known: Floats, usable: npt.NDArray[np.bool_], has_contact: bool
+) -> tuple[ResponseFit, float]:
+    """What the channels see, and what had to be added to the gap of a model whose glasses touch, nm."""
+    seen = picture.pixels[usable]
+    if (np.ptp(seen, axis=0) <= 1e-6 * np.abs(seen).max(axis=0, initial=0.0)).any():
+        raise complaint(
+            "a channel of the picture has one value throughout: it shows no film",
+            "image",
+            "a picture whose channels vary",
+            Words("one with a constant channel"),
+        )
+    gap = contact_gap(problem, picture, known, usable, not_negative) if has_contact else 0.0
+    best = fit(problem, picture, known + gap, usable)
+    if best.is_signed and has_contact:
+        gap = contact_gap(problem, picture, known, usable, of_any_sign)
+        best = fit(problem, picture, known + gap, usable)
+    if best.misfit > 0.25:
+        raise complaint(
+            f"the picture does not show this film: {100.0 * best.misfit:.0f} % of its contrast is left over "
+            "(center, pixel_um, stack, or a curve that is not linear)",
+            "image",
+            "a picture of this film",
+            Words(f"one with {100.0 * best.misfit:.0f} % of its contrast left over"),
+        )
+    return best, gap
 
 
 def _laid_out(model: Any, shape: tuple[int, int], pixel_mm: float, center: tuple[float, float]) -> Floats:

@@ -33,7 +33,7 @@ Solved = Callable[[Floats, Floats], Floats]
 
 
 @dataclass(frozen=True)
-class _Fit:
+class ResponseFit:
     response: Floats
     haze: Floats
     misfit: float
@@ -109,7 +109,7 @@ def _profile(
     return np.bincount(bins, nm, minlength=_BINS)[full] / count[full], means, sds
 
 
-def fit(problem: Problem, picture: Picture, known: Floats, usable: npt.NDArray[np.bool_]) -> _Fit:
+def fit(problem: Problem, picture: Picture, known: Floats, usable: npt.NDArray[np.bool_]) -> ResponseFit:
     """Smooth spectra from the means of all pixels of about one thickness; not negative where such ones do."""
     thickness, means, sds = _profile(known, picture, usable)
     design = _design(problem, thickness)
@@ -127,7 +127,7 @@ def fit(problem: Problem, picture: Picture, known: Floats, usable: npt.NDArray[n
         float(np.sqrt(np.mean(left**2)) / max(float(np.std(mean)), 1e-30))
         for (_, _, left), mean in zip(found, means, strict=True)
     ]
-    return _Fit(
+    return ResponseFit(
         np.stack([q for q, _, _ in found], axis=1),
         np.array([o for _, o, _ in found]),
         float(np.mean(misfits)),

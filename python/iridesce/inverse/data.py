@@ -89,6 +89,17 @@ class Seen(Protocol):
     def polarization(self) -> str: ...
 
 
+def check_reference(dark: object, reference: object, reference_stack: object) -> None:
+    """What goes with a reference is not given without one."""
+    if reference is None and (dark is not None or reference_stack is not None):
+        raise complaint(
+            "dark and reference_stack go with a reference: give reference=, too",
+            "dark" if dark is not None else "reference_stack",
+            "given with a reference",
+            Words("no reference"),
+        )
+
+
 def referenced(
     of_film: Seen,
     wavelength_nm: npt.ArrayLike,
@@ -223,7 +234,7 @@ _STRETCH_GAP = 6
 _CROWD = 3
 
 
-def calm(values: Floats, notes: list[str]) -> npt.NDArray[np.bool_]:
+def without_spikes(values: Floats, notes: list[str]) -> npt.NDArray[np.bool_]:
     """Which points are no spikes: those that jump from the median of their four neighbours far more than others do."""
     if values.size < 30:
         return np.ones(values.size, dtype=bool)
@@ -303,7 +314,7 @@ def _stretch_at_start(marked: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
     return places if gaps.size == 0 else places[: gaps[0] + 1]
 
 
-def even_weight(values: Floats, notes: list[str]) -> Floats:
+def heteroscedastic_weights(values: Floats, notes: list[str]) -> Floats:
     """Weights from the scatter between neighbours, where that is far from even: the dark edges of a spectrometer."""
     if values.size < 60:
         return np.ones_like(values)

@@ -27,13 +27,14 @@ from iridesce.arguments.scalars import number, one_of
 from iridesce.files.spectra import Spectrum, read_spectrum
 from iridesce.inverse.analysis import Analysis
 from iridesce.inverse.data import (
-    calm,
+    check_reference,
     cleaned,
-    even_weight,
+    heteroscedastic_weights,
     inside_media,
     referenced,
     unit,
     within_light,
+    without_spikes,
 )
 from iridesce.inverse.full import parted
 from iridesce.inverse.joint import joint
@@ -154,21 +155,7 @@ def fit_thickness(
             None,
         )
     if measurements is not None:
-        told = {
-            "wavelength_nm": wavelength_nm,
-            "measured": measured,
-            "dark": dark,
-            "reference": reference,
-            "noise": noise,
-        }
-        twice = [name for name, value in told.items() if value is not None]
-        if twice:
-            raise complaint(
-                f"{twice[0]} goes without measurements=, each of which has its own",
-                twice[0],
-                "left out beside measurements=",
-                Words("both"),
-            )
+        _check_alone(wavelength_nm=wavelength_nm, measured=measured, dark=dark, reference=reference, noise=noise)
         return _together(
             measurements, stack, layer, index, thickness_range_nm, tolerances, angle_tolerance, float(probability)
         )
@@ -183,22 +170,13 @@ def fit_thickness(
     polarization = one_of("polarization", polarization, ("s", "p", "unpolarized"))
     baseline = one_of("baseline", baseline, ("auto", *BASELINES))
     angle = number("angle_deg", angle_deg, low=0.0, high=90.0)
-    bend = 0 if gain is None else GAINS.index(one_of("gain", gain, GAINS)) + 1 if isinstance(gain, str) else 0
-    fixed_gain = None if gain is None or isinstance(gain, str) else number("gain", gain, low=0.0)
-    if fixed_gain == 0.0:
-        raise refusal("gain", 'None, "linear", "quadratic" or a number > 0', Words("0"))
+    fixed_gain, bend = _gain(gain)
     line = None if resolution_nm is None else number("resolution_nm", resolution_nm, low=0.0) / FWHM
     problem = read_problem(stack, layer, index, quantity, angle, polarization)
     notes: list[str] = []
     light = Light(fixed_gain, True, bend > 0, baseline != "none")
     counted: Floats | None = None
-    if reference is None and (dark is not None or reference_stack is not None):
-        raise complaint(
-            "dark and reference_stack go with a reference: give reference=, too",
-            "dark" if dark is not None else "reference_stack",
-            "given with a reference",
-            Words("no reference"),
-        )
+    check_reference(dark, reference, reference_stack)
     filled: Floats | None = None
     lit: tuple[Floats, Floats] | None = None
     if reference is not None:
@@ -215,15 +193,10 @@ def fit_thickness(
     terms = 1 if baseline == "auto" else BASELINES.index(baseline)
     linear = terms + (fixed_gain is None) * (1 + bend)
     parameters = len(problem.unknown) + problem.index_count + linear + (line is None)
-    if nm.size < max(_FEWEST_POINTS, 2 * parameters):
-        least = max(_FEWEST_POINTS, 2 * parameters)
-        words = f"{nm.size} usable points are too few for {parameters} unknowns; at least {least}"
-        raise complaint("; ".join([words, *notes]), "measured", f"{least} usable points or more", Words(nm.size))
+    _check_enough(nm.size, parameters, notes)
     # The stack's own complaint about wavelengths outside its media, before anything else.
     problem.with_thickness([100.0] * len(problem.unknown)).reflectance(nm[[0, -1]], angle)
-    # Squares of sizes far from 1 would run over or under; by a power of two nothing is rounded.
-    size = float(np.abs(values).max(initial=0.0))
-    scale = 1.0 if 1e-60 < size < 1e60 or size == 0.0 else 2.0 ** math.floor(math.log2(size))
+    scale = _scale(values)
     values, sd = values / scale, None if sd is None else sd / scale
     held = None if held is None else (held[0], held[1] / scale)
     if scale != 1.0 and fixed_gain is not None:
@@ -234,12 +207,7 @@ def fit_thickness(
         notes.append("measured does not vary with wavelength: no film is seen in it")
         return FitResult((), nm, values * scale, weight, 0.0, probability, describe(problem), tuple(notes), "none", 1.0)
     if noise is None:
-        if sd is None:
-            within = within_light(values, notes)
-            nm, values = nm[within], values[within]
-        steady = calm(values, notes)
-        nm, values, sd = nm[steady], values[steady], None if sd is None else sd[steady]
-        weight = even_weight(values, notes) if sd is None else unit(1.0 / sd)
+        nm, values, sd, weight = _despiked(nm, values, sd, notes)
     bounds = _bounds(thickness_range_nm, problem, nm, notes)
     pliable = baseline == "auto" and nm.size >= 4 * (parameters + 4)
     seen_by = None if lit is None else np.interp(nm, *lit)
@@ -247,6 +215,55 @@ def fit_thickness(
         problem, Data(nm, values, weight, fixed_gain, bend, terms), sd, light, line, bounds, notes, held, seen_by
     )
     return scaled(fit.result(pliable, probability, tolerances), scale)
+
+
+def _check_alone(**given: object) -> None:
+    """Beside measurements= nothing is given that each measurement has of its own."""
+    twice = [name for name, value in given.items() if value is not None]
+    if twice:
+        raise complaint(
+            f"{twice[0]} goes without measurements=, each of which has its own",
+            twice[0],
+            "left out beside measurements=",
+            Words("both"),
+        )
+
+
+def _gain(given: float | str | None) -> tuple[float | None, int]:
+    """The gain where it is known, and the degree of its course along the wavelengths where it is not."""
+    if given is None:
+        return None, 0
+    if isinstance(given, str):
+        return None, GAINS.index(one_of("gain", given, GAINS)) + 1
+    fixed = number("gain", given, low=0.0)
+    if fixed == 0.0:
+        raise refusal("gain", 'None, "linear", "quadratic" or a number > 0', Words("0"))
+    return fixed, 0
+
+
+def _check_enough(count: int, parameters: int, notes: list[str]) -> None:
+    least = max(_FEWEST_POINTS, 2 * parameters)
+    if count < least:
+        words = f"{count} usable points are too few for {parameters} unknowns; at least {least}"
+        raise complaint("; ".join([words, *notes]), "measured", f"{least} usable points or more", Words(count))
+
+
+def _scale(values: Floats) -> float:
+    """Squares of sizes far from 1 would run over or under; by a power of two nothing is rounded."""
+    size = float(np.abs(values).max(initial=0.0))
+    return 1.0 if 1e-60 < size < 1e60 or size == 0.0 else 2.0 ** math.floor(math.log2(size))
+
+
+def _despiked(
+    nm: Floats, values: Floats, sd: Floats | None, notes: list[str]
+) -> tuple[Floats, Floats, Floats | None, Floats]:
+    """Without spikes and where there is light, and what each point weighs: where the noise is not given."""
+    if sd is None:
+        within = within_light(values, notes)
+        nm, values = nm[within], values[within]
+    steady = without_spikes(values, notes)
+    nm, values, sd = nm[steady], values[steady], None if sd is None else sd[steady]
+    return nm, values, sd, heteroscedastic_weights(values, notes) if sd is None else unit(1.0 / sd)
 
 
 _THICKEST_TOGETHER_NM, _THICKEST_OF_SEVERAL_TOGETHER_NM = 10_000.0, 1_000.0

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,12 +25,12 @@ from iridesce.arguments.operands import Floats
 from iridesce.arguments.refusals import Words, complaint
 from iridesce.arguments.scalars import number, one_of
 from iridesce.inverse.course import _CLEAR, Course
-from iridesce.inverse.data import inside_media, local_noise
+from iridesce.inverse.data import check_reference, local_noise
 from iridesce.inverse.fit import fit_thickness
 from iridesce.inverse.full import full_in_some
 from iridesce.inverse.model import describe, quarter_wave_nm, read_problem
 from iridesce.inverse.results import FitResult, is_known, order_share
-from iridesce.inverse.series_data import bounds_of, by_reference, put_right, read, times_of
+from iridesce.inverse.series_data import bounds_of, by_reference, put_right, read, times_of, usable
 from iridesce.inverse.series_result import SeriesResult, no_film
 from iridesce.inverse.solve import student
 from iridesce.inverse.spectrum_light import Found, Light
@@ -38,7 +39,6 @@ from iridesce.optics.averages import FWHM
 
 __all__ = ["SeriesResult", "fit_series"]
 
-_FEWEST_POINTS = 24
 # No noise is below this share of the largest value: a lamp of curves, a grid of films and tables of indices are not better.
 _FINEST = 3e-4
 # The lamp is learnt from at most so many spectra, evenly spaced in time; then all are asked.
@@ -129,41 +129,20 @@ def fit_series(
     notes: list[str] = []
     nm, values = read(wavelength_nm, spectra)
     filled = nm[full_in_some(values, notes)]
+    sd: Floats | None = None
     times = times_of(time_s, len(values))
-    if reference is None and (dark is not None or reference_stack is not None):
-        raise complaint(
-            "dark and reference_stack go with a reference: give reference=, too",
-            "dark" if dark is not None else "reference_stack",
-            "given with a reference",
-            Words("no reference"),
-        )
+    check_reference(dark, reference, reference_stack)
     if reference is not None:
         nm, values, sd = by_reference(problem, nm, values, dark, reference, reference_stack, notes)
         gain = 1.0 if gain is None else gain
-    order = np.argsort(nm, kind="stable")
-    nm, values = nm[order], values[:, order]
-    if np.any(np.diff(nm) <= 0.0):
-        raise complaint("wavelength_nm must not repeat", "wavelength_nm", "different wavelengths", Words("some twice"))
-    known = inside_media(problem, nm, notes) & ~np.isin(nm, filled)
-    nm, values = nm[known], values[:, known]
-    if nm.size < _FEWEST_POINTS:
-        raise complaint(
-            f"{nm.size} usable wavelengths are too few for a series; at least {_FEWEST_POINTS}",
-            "wavelength_nm",
-            f"{_FEWEST_POINTS} usable wavelengths or more",
-            Words(nm.size),
-        )
+    nm, values, sd = usable(problem, nm, values, sd, filled, notes)
     problem.with_thickness([100.0]).reflectance(nm[[0, -1]], angle)
     values, whole = put_right(values, notes)
     if not whole.any():
         notes.append("no spectrum is whole: no film is seen")
         return no_film(times, nm, describe(problem), share, notes)
-    if reference is not None:
-        sd = sd[order][known]
-    elif size is not None:
-        sd = np.full(nm.size, size)
-    else:
-        sd = local_noise(values[whole])
+    if sd is None:
+        sd = local_noise(values[whole]) if size is None else np.full(nm.size, size)
     floor = _FINEST * float(np.abs(values[whole]).max(initial=0.0))
     empty = ~whole | (np.ptp(values, axis=1) <= 1e-12 * np.abs(values).max(axis=1))
     bounds = bounds_of(thickness_range_nm, problem, nm, notes)
@@ -172,19 +151,21 @@ def fit_series(
         return no_film(times, nm, describe(problem), share, notes)
     known_lamp = np.ones_like(nm) if gain is not None else None
     light = Light(known_lamp, gain, baseline != "none")
-    # By a power of two: squares of sizes far from 1 would run over.
-    scale = 2.0 ** math.floor(math.log2(max(float(np.abs(values[~empty]).max()), 1e-300))) if gain is None else 1.0
     used = np.flatnonzero(~empty)
+    # By a power of two: squares of sizes far from 1 would run over.
+    scale = 2.0 ** math.floor(math.log2(max(float(np.abs(values[used]).max()), 1e-300))) if gain is None else 1.0
     sd = np.maximum(sd, max(floor, 1e-300)) / scale
     course = Course(problem, nm, values[used] / scale, sd, light, bounds, line)
     course.least_sd = max(floor, 1e-300) / scale
     belief, none, found = _asked(course, times[used], size is None, progress)
-    alone: list[FitResult] = []
+    rows = None
     if not course.learnt and gain is None:
         notes.append("the lamp could not be learnt: too few spectra with sure films of more than 2.5 fringes")
         if used.size <= _SINGLE:
-            alone = [_single(course, row, size, share, tolerances) for row in values[used]]
-    return _answer(course, belief, none, found, times, used, share, tolerances, describe(problem), notes, alone)
+            rows = _by_themselves(course, [_single(course, row, size, share, tolerances) for row in values[used]])
+    if rows is None:
+        rows = _by_the_series(course, belief, none, found, share, tolerances)
+    return _answer(course, rows, times, used, share, tolerances, describe(problem), notes)
 
 
 def _asked(
@@ -279,20 +260,23 @@ def _best(course: Course, belief: Floats, found: Found) -> tuple[Floats, Floats]
     return best, np.where(near, belief, 0.0).sum(axis=1)
 
 
-def _answer(
-    course: Course,
-    belief: Floats,
-    none: Floats,
-    found: Found,
-    times: Floats,
-    used: npt.NDArray[np.intp],
-    probability: float,
-    tolerances: Tolerances,
-    stack: str,
-    notes: list[str],
-    alone: list[FitResult],
-) -> SeriesResult:
-    """The answer, a row a spectrum; `alone`: what each spectrum tells by itself, where the series tells no more."""
+@dataclass
+class _Rows:
+    """What was found of the spectra that were asked, a row each."""
+
+    thickness_nm: Floats
+    interval_nm: Floats
+    order_probability: Floats
+    no_film: Floats
+    verdict: npt.NDArray[np.str_]
+    kappa: Floats
+    precision_nm: Floats
+    accuracy_nm: Floats
+
+
+def _by_the_series(
+    course: Course, belief: Floats, none: Floats, found: Found, probability: float, tolerances: Tolerances
+) -> _Rows:
     best, mass = _best(course, belief, found)
     place = belief.argmax(axis=1)
     by_lamp, by_index = course.errors_of_all(best)
@@ -312,35 +296,49 @@ def _answer(
         words[words == "clear"] = "ambiguous"
     words[at_end | (found.kappa >= _WORST_KAPPA)] = "doubtful"
     words[(none > 0.5) | ~np.isfinite(best)] = "none"
-    low, high = np.maximum(best - half, 0.0), best + half
-    size = found.kappa
-    if alone:
-        words = np.array([one.verdict for one in alone])
-        none = np.array([one.no_film for one in alone])
-        quarter = quarter_wave_nm(course.problem, course.nm)
-        mass = np.array([order_share(one.solutions, quarter) if one.best else 0.0 for one in alone])
-        size = np.array([one.best.kappa if one.best else 1.0 for one in alone])
-        best = np.array([one.best.thickness_nm if one.best else np.nan for one in alone])
-        low, high = np.array([one.best.interval_nm if one.best else (np.nan, np.nan) for one in alone]).T
-        sd, off = np.array(
-            [(one.best.precision_nm, one.best.accuracy_nm) if one.best else (np.nan,) * 2 for one in alone]
-        ).T
-    best = np.where(words == "none", np.nan, best)
-    count = times.size
-    thickness, interval = np.full(count, np.nan), np.full((count, 2), np.nan)
-    precision, accuracy = np.full(count, np.nan), np.full(count, np.nan)
-    order, no_film, verdict, kappa = (
-        np.zeros(count),
-        np.ones(count),
-        np.full(count, "none", dtype="<U9"),
-        np.ones(count),
+    interval = np.stack([np.maximum(best - half, 0.0), best + half], axis=1)
+    return _Rows(best, interval, mass, none, words, found.kappa, sd, off)
+
+
+def _by_themselves(course: Course, alone: list[FitResult]) -> _Rows:
+    """Each spectrum by itself, where the series tells no more."""
+    quarter = quarter_wave_nm(course.problem, course.nm)
+    unknown = (np.nan, np.nan)
+    errors = [(one.best.precision_nm, one.best.accuracy_nm) if one.best else unknown for one in alone]
+    precision, accuracy = np.array(errors).T
+    return _Rows(
+        np.array([one.best.thickness_nm if one.best else np.nan for one in alone]),
+        np.array([one.best.interval_nm if one.best else unknown for one in alone]),
+        np.array([order_share(one.solutions, quarter) if one.best else 0.0 for one in alone]),
+        np.array([one.no_film for one in alone]),
+        np.array([one.verdict for one in alone]),
+        np.array([one.best.kappa if one.best else 1.0 for one in alone]),
+        precision,
+        accuracy,
     )
-    thickness[used], order[used], no_film[used], verdict[used] = best, mass, none, words
-    interval[used] = np.stack([low, high], axis=1)
-    kappa[used], precision[used], accuracy[used] = size, sd, off
-    if (size > 1.5).mean() > 0.5:
+
+
+def _answer(
+    course: Course,
+    rows: _Rows,
+    times: Floats,
+    used: npt.NDArray[np.intp],
+    probability: float,
+    tolerances: Tolerances,
+    stack: str,
+    notes: list[str],
+) -> SeriesResult:
+    """The answer, a row a spectrum: nothing is known of those that were not asked."""
+
+    def all_times(values: npt.NDArray[Any], otherwise: Any) -> npt.NDArray[Any]:
+        out = np.full((times.size, *values.shape[1:]), otherwise, dtype=values.dtype)
+        out[used] = values
+        return out
+
+    thickness = all_times(np.where(rows.verdict == "none", np.nan, rows.thickness_nm), np.nan)
+    if (rows.kappa > 1.5).mean() > 0.5:
         notes.append(
-            f"the noise is taken {float(np.median(size)):.2g} times larger than estimated: the index, the line, or "
+            f"the noise is taken {float(np.median(rows.kappa)):.2g} times larger than estimated: the index, the line, or "
             "another stack"
         )
     if not tolerances.stated and np.isfinite(thickness).any():
@@ -348,24 +346,20 @@ def _answer(
             "nothing was said of the film's index: intervals take it as exact, and accuracy_nm as good to "
             f"{100.0 * tolerances.index:g} % (standard deviation), in which all spectra are off alike; index_tolerance= says it"
         )
-    response = course.lamp / float(course.lamp.mean())
     return SeriesResult(
         times,
         thickness,
-        interval,
-        order,
-        no_film,
-        verdict,
-        kappa,
+        all_times(rows.interval_nm, np.nan),
+        all_times(rows.order_probability, 0.0),
+        all_times(rows.no_film, 1.0),
+        all_times(rows.verdict.astype("<U9"), "none"),
+        all_times(rows.kappa, 1.0),
         course.nm,
-        response,
+        course.lamp / float(course.lamp.mean()),
         course.learnt,
         stack,
         probability,
         tuple(notes),
-        precision,
-        accuracy,
+        all_times(rows.precision_nm, np.nan),
+        all_times(rows.accuracy_nm, np.nan),
     )
-
-
-# --- what was given

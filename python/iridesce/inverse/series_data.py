@@ -12,11 +12,12 @@ import numpy.typing as npt
 from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.files.spectra import read_spectrum
-from iridesce.inverse.data import local_noise, referenced
+from iridesce.inverse.data import inside_media, local_noise, referenced
 from iridesce.inverse.model import Problem
 
 _THINNEST_NM, _THICKEST_NM = 1.0, 10_000.0
 _MOST_VALUES = 200_000_000
+_FEWEST_POINTS = 24
 
 
 def read(wavelength_nm: npt.ArrayLike | None, spectra: Any) -> tuple[Floats, Floats]:
@@ -113,13 +114,33 @@ def by_reference(
     return lit, found, np.maximum(own, np.minimum(sd, 10.0 * own))
 
 
+def usable(
+    problem: Problem, nm: Floats, values: Floats, sd: Floats | None, filled: Floats, notes: list[str]
+) -> tuple[Floats, Floats, Floats | None]:
+    """In ascending order, where the media have data, without channels that are full; at least so many wavelengths."""
+    order = np.argsort(nm, kind="stable")
+    nm, values = nm[order], values[:, order]
+    if np.any(np.diff(nm) <= 0.0):
+        raise complaint("wavelength_nm must not repeat", "wavelength_nm", "different wavelengths", Words("some twice"))
+    known = inside_media(problem, nm, notes) & ~np.isin(nm, filled)
+    if known.sum() < _FEWEST_POINTS:
+        raise complaint(
+            f"{int(known.sum())} usable wavelengths are too few for a series; at least {_FEWEST_POINTS}",
+            "wavelength_nm",
+            f"{_FEWEST_POINTS} usable wavelengths or more",
+            Words(int(known.sum())),
+        )
+    return nm[known], values[:, known], None if sd is None else sd[order][known]
+
+
 def put_right(values: Floats, notes: list[str]) -> tuple[Floats, npt.NDArray[np.bool_]]:
     """Single spikes and gaps filled from their neighbours; which spectra are whole.
 
-    Not by `calm`, the finder of single spectra: that drops what it finds, where a channel too many costs nothing, and marks
-    0.2 to 0.3 channels a spectrum that are none, of films to 9 um. Spectra of a series have the same channels, so that values are
-    filled in, and each too many is a false one; this one marks 0.02, finds as many spikes of the size of the fringes
-    and more (97 % against 93 %, of a third of that 50 % against 60 %), and takes a tenth of the time (0.04 ms a spectrum).
+    Not by `without_spikes`, the finder of single spectra: that drops what it finds, where a channel too many costs nothing,
+    and marks 0.2 to 0.3 channels a spectrum that are none, of films to 9 um. Spectra of a series have the same channels, so
+    that values are filled in, and each too many is a false one; this one marks 0.02, finds as many spikes of the size of the
+    fringes and more (97 % against 93 %, of a third of that 50 % against 60 %), and takes a tenth of the time (0.04 ms a
+    spectrum).
     """
     finite = np.isfinite(values)
     whole = finite.mean(axis=1) > 0.9
