@@ -19,6 +19,7 @@ from iridesce.cli.run_folder import RunFolder
 from iridesce.files.whole import check_place, read_whole, write_whole
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from concurrent.futures import Future
 
     from iridesce.image import Image
@@ -98,18 +99,10 @@ def verb(
     if draft:
         loaded = _draft(loaded) if columns is None else loaded
         samples = _DRAFT_SAMPLES if samples is None else samples
-        width, height = width_height or loaded.to_dict()["camera"]["resolution"]
-        width_height = (max(int(width) // 3, 1), max(int(height) // 3, 1))
+        width_height = _third(width_height or loaded.to_dict()["camera"]["resolution"])
     loaded, films = _films(loaded, columns)
     path = animation.camera_path(loaded.to_dict()["camera"], seconds, orbit, camera)
-    if not films and not path.moves:
-        raise complaint(
-            f"nothing moves: {scene} has no film that flows; give its thickness_nm as {{ flow = ... }}, or --orbit or "
-            "--camera",
-            "scene",
-            "a scene with a film that flows, unless --orbit or --camera is given",
-            scene,
-        )
+    _check_motion(scene, films, path)
     run = RunFolder.of(
         folder,
         "footage",
@@ -140,13 +133,7 @@ def verb(
     else:
         quiet_dask()
         drawn, used_stops = _draw_by(dask, shot, count, known_stops, is_new=not resume)
-    if destination.video is not None and destination.ffmpeg is not None:
-        animation.write_video(destination.ffmpeg, folder, fps, count, destination.video)
-        if not keep_frames:
-            _remove(run, count, formats, len(films))
-        answer = destination.video
-    else:
-        answer = folder
+    answer = _joined(destination, shot, count, keep_frames)
     took = time.perf_counter() - began
     if as_json:
         facts = {"file": str(answer), "frames": count, "drawn": drawn, "exposure": used_stops, "seconds": took}
@@ -319,6 +306,34 @@ def _draw_by(address: str, shot: _Shot, count: int, stops: float | None, is_new:
                 advance(already + drawn, count)
             missing = missing[len(now) :]
     return drawn, 0.0 if stops is None else stops
+
+
+def _joined(destination: _Destination, shot: _Shot, count: int, keep_frames: bool) -> Path:
+    """What the footage is in: a video of the frames, or their folder."""
+    from iridesce.rendering import animation
+
+    if destination.video is None or destination.ffmpeg is None:
+        return destination.folder
+    animation.write_video(destination.ffmpeg, destination.folder, shot.fps, count, destination.video)
+    if not keep_frames:
+        _remove(shot.run, count, shot.formats, len(shot.films))
+    return destination.video
+
+
+def _check_motion(scene: str, films: list[FlowingFilm], path: CameraPath) -> None:
+    if not films and not path.moves:
+        raise complaint(
+            f"nothing moves: {scene} has no film that flows; give its thickness_nm as {{ flow = ... }}, or --orbit or "
+            "--camera",
+            "scene",
+            "a scene with a film that flows, unless --orbit or --camera is given",
+            scene,
+        )
+
+
+def _third(size: Sequence[int]) -> tuple[int, int]:
+    width, height = size
+    return max(int(width) // 3, 1), max(int(height) // 3, 1)
 
 
 def _draft(scene: Scene) -> Scene:
