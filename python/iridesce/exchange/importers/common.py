@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -84,6 +85,11 @@ def checked_nm(found: Import, label: str, where: str, nm: float, unit: str) -> f
     if nm and not _LEAST_NM <= nm <= _MOST_NM:
         found.leave_out(f"{where}: a film of {nm:g} nm is unusual (5 nm to 50 um show colours)")
     return nm
+
+
+def luminance(rgb: Sequence[float]) -> float:
+    """Of linear Rec.709 red, green and blue (ITU-R BT.709-6)."""
+    return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
 
 
 def index_of_f0(f0: float) -> float:

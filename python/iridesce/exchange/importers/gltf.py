@@ -18,6 +18,7 @@ from iridesce.exchange.importers.common import (
     checked_nm,
     film_surface,
     index_of_f0,
+    luminance,
     placed,
     plain,
     roughened,
@@ -187,8 +188,7 @@ class _Reader:
         if max(emitted) > 0.0:
             if max(emitted) - min(emitted) > 0.05 * max(emitted):
                 self.found.leave_out(f"{name}: the colour of its glow; it is that of D65")
-            luminance = 0.2126 * emitted[0] + 0.7152 * emitted[1] + 0.0722 * emitted[2]
-            return {"emitter": {"illuminant": "D65", "radiance": strength * luminance}}
+            return {"emitter": {"illuminant": "D65", "radiance": strength * luminance(emitted)}}
         if film is not None and float(film.get("iridescenceFactor", 0.0)) > 0.0:
             self._no_picture(name, surface)
             return roughened(self._film(name, film, color, metal, ior, clear, has_uv), roughness)
@@ -269,7 +269,7 @@ class _Reader:
         colors = [float(x) for x in light.get("color", [1.0, 1.0, 1.0])]
         if max(colors) - min(colors) > 0.01:
             self.found.leave_out(f"{name}: the colour of its light; it is that of D65")
-        strength *= 0.2126 * colors[0] + 0.7152 * colors[1] + 0.0722 * colors[2]
+        strength *= luminance(colors)
         back = matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
         place = matrix[:3, 3]
         if "range" in light:

@@ -12,7 +12,16 @@ import numpy as np
 
 from iridesce.arguments.operands import Floats
 from iridesce.exchange.films import read_stack
-from iridesce.exchange.importers.common import MOST_BYTES, Import, checked_nm, placed, plain, roughened, spot_angles
+from iridesce.exchange.importers.common import (
+    MOST_BYTES,
+    Import,
+    checked_nm,
+    luminance,
+    placed,
+    plain,
+    roughened,
+    spot_angles,
+)
 from iridesce.exchange.importers.materialx import _float, parsed
 from iridesce.files.whole import read_whole
 
@@ -353,7 +362,7 @@ class _Reader:
             if len(words) == 3:
                 r, g, b = (self._text_number(word) for word in words)
                 self.found.leave_out("the colour of a lamp; D65 of the same luminance stands for it")
-                return {"illuminant": "D65", "radiance": 0.2126 * r + 0.7152 * g + 0.0722 * b}
+                return {"illuminant": "D65", "radiance": luminance((r, g, b))}
         return {"illuminant": "D65", "radiance": 1.0}
 
     def _sensor(self, element: ET.Element, kind: str) -> None:
