@@ -1,7 +1,7 @@
 //! What the readers of a scene's parts are given besides the part.
 
-use crate::disk::Origin;
 use crate::model::Unit;
+use crate::origin::Origin;
 
 /// What an object is read with.
 pub struct Reading<'a> {

@@ -11,9 +11,9 @@ use iridesce_optics::Medium;
 use iridesce_optics::color::Illuminant;
 pub use iridesce_thickness::ThicknessModel;
 
-pub use crate::disk::Origin;
 pub use crate::field::{Place, ThicknessField};
 pub use crate::heights::Heights;
+pub use crate::origin::Origin;
 pub use crate::shape::Chart;
 pub use iridesce_files::{EnvironmentMap, Mesh};
 

@@ -48,7 +48,7 @@ pub fn read(bytes: &[u8], sought: &Sought<'_>, watch: &Watch, report: &mut ReadR
         watch.check().map_err(|stopped| stopped.to_string())?;
         values.extend(piece.iter().map(|&value| f64::from(value)));
     }
-    Ok(Plane { width: channel.width, height: channel.height, samples: Samples::Nanometres(values) })
+    Ok(Plane { width: channel.width, height: channel.height, samples: Samples::Values(values) })
 }
 
 /// The channel that is meant where none was named: the only one (transparency apart), or the only one that is called what

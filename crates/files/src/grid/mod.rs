@@ -84,7 +84,7 @@ pub fn decode_of(of: MapOf, bytes: &[u8], choice: &MapChoice<'_>, watch: &Watch)
     // A file made to trip a decoder must not take the program with it.
     let plane = catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| Err("it is damaged".to_owned()))?;
     let (values, is_share) = match plane.samples {
-        Samples::Nanometres(values) => (values, false),
+        Samples::Values(values) => (values, false),
         Samples::Shares(values) => (values, true),
     };
     check_size(plane.width, plane.height, 1)?;

@@ -67,7 +67,7 @@ pub fn read(bytes: &[u8], sought: &Sought<'_>, watch: &Watch, report: &mut ReadR
         // Column after column.
         values = gathered((0..cells).map(|i| values[(i % width) * height + i / width]), watch)?;
     }
-    let samples = if number.starts_with('u') { Samples::Shares(values) } else { Samples::Nanometres(values) };
+    let samples = if number.starts_with('u') { Samples::Shares(values) } else { Samples::Values(values) };
     Ok(Plane { width, height, samples })
 }
 

@@ -14,8 +14,8 @@ pub struct Plane {
 }
 
 pub enum Samples {
-    /// Floats: nm.
-    Nanometres(Vec<f64>),
+    /// What the map is of: thicknesses in nm, roughness and heights as they stand.
+    Values(Vec<f64>),
     /// Whole numbers over the largest one of their format.
     Shares(Vec<f64>),
 }

@@ -40,7 +40,7 @@ pub fn read(bytes: &[u8], sought: &Sought<'_>, watch: &Watch, report: &mut ReadR
         _ => return Err(format!("its pixels hold {channels} numbers; save it in grey, one number a pixel")),
     };
     let floats = |values: Vec<f64>, report: &mut ReadReport| -> Result<Samples, String> {
-        Ok(Samples::Nanometres(one_of(values, names, sought, watch, report)?))
+        Ok(Samples::Values(one_of(values, names, sought, watch, report)?))
     };
     let whole = |values: Vec<f64>, most: f64, report: &mut ReadReport| -> Result<Samples, String> {
         let calibration = Calibration::of(&description, sought.of)?;
@@ -52,7 +52,7 @@ pub fn read(bytes: &[u8], sought: &Sought<'_>, watch: &Watch, report: &mut ReadR
                     other => format!("{} = {c0} + {c1} v", other.name()),
                 };
                 report.note(format!("ImageJ's calibration is applied: {told}"));
-                Samples::Nanometres(gathered(values.into_iter().map(|v| unit * (c0 + c1 * v)), watch)?)
+                Samples::Values(gathered(values.into_iter().map(|v| unit * (c0 + c1 * v)), watch)?)
             }
             None => Samples::Shares(gathered(values.into_iter().map(|v| v / most), watch)?),
         })
@@ -84,7 +84,7 @@ pub fn read(bytes: &[u8], sought: &Sought<'_>, watch: &Watch, report: &mut ReadR
         }
     };
     watch.check().map_err(|stopped| stopped.to_string())?;
-    let (Samples::Nanometres(numbers) | Samples::Shares(numbers)) = &samples;
+    let (Samples::Values(numbers) | Samples::Shares(numbers)) = &samples;
     if numbers.len() != width * height {
         return Err(format!("damaged TIFF: {} numbers for {width} x {height} pixels", numbers.len()));
     }
