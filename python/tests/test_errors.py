@@ -124,6 +124,8 @@ CASES: list[tuple[Callable[[], Any], str, str, str, str]] = [
     ),
     (lambda: ir.export(OPEN, "cube", 3), "path", "3", "a folder", ""),  # type: ignore[arg-type]
     (lambda: ir.plot.spectrum(FILM, angle_deg=95.0), "angle_deg", "95.0", ">= 0 and < 90", ""),
+    (lambda: FILM.color(wavelength_nm=[550.0]), "wavelength_nm", "1", "two wavelengths at least", ""),
+    (lambda: FILM.color(adaptation="x"), "adaptation", '"x"', '"bradford" or None', ""),
 ]
 
 
@@ -191,6 +193,51 @@ SENTENCES: list[tuple[Callable[[], Any], str, str, str, str, str]] = [
         lambda: ir.Stack(["air", ir.Layer("TiO2", 100.0), "air"]).reflectance([500.0, 100.0]),
         'medium "TiO2" has data for 206.64-826.56 nm; wavelength_nm must be within them, got 100.0 at index (1,)',
         *("wavelength_nm", "100.0", "within 206.64-826.56", "at index (1,)"),
+    ),
+    (
+        lambda: FILM.color(model="two-beam", polarization="s"),
+        "model=\"two-beam\" knows no polarisation, got polarization='s'",
+        *("polarization", "'s'", "unpolarized for the two-beam model", ""),
+    ),
+    (
+        lambda: FILM.color(model="two-beam", quantity="transmittance"),
+        "model=\"two-beam\" gives the reflectance only, got quantity='transmittance'",
+        *("quantity", "'transmittance'", "reflectance for the two-beam model", ""),
+    ),
+    (
+        lambda: ir.Stack(["air"]),
+        "a Stack needs a first and a last medium, got ['air']",
+        *("stack", "['air']", "a list with a first and a last medium", ""),
+    ),
+    (
+        lambda: ir.Stack.parse("air"),
+        'a stack needs two or more items separated by " / ", as in "air / soap 320 / air", got \'air\'',
+        *("stack", "'air'", 'two or more items, as in "air / soap 320 / air"', ""),
+    ),
+    (
+        lambda: ir.Stack.parse("air / soap / air"),
+        "item 2 of the stack, 'soap': a layer needs its thickness in nm, as in \"soap 320\"",
+        *("thickness_nm", "nothing", "a number", "in item 2 of the stack, 'soap'"),
+    ),
+    (
+        lambda: ir.Stack.parse("air / soap x / air"),
+        "item 2 of the stack, 'soap x': the thickness in nm must be a number, got 'x'",
+        *("thickness_nm", "'x'", "a number", "in item 2 of the stack, 'soap x'"),
+    ),
+    (
+        lambda: ir.Stack.parse("air / soap 3 loose / air"),
+        "item 2 of the stack, 'soap 3 loose': after the thickness only \"incoherent\" may follow, got 'loose'",
+        *("stack", "'loose'", '"incoherent", or nothing, after a thickness', "in item 2 of the stack, 'soap 3 loose'"),
+    ),
+    (
+        lambda: ir.Stack([1.5 + 0.1j, "air"]).reflectance(550.0),
+        "the first medium must have real n > 0 and k = 0, got (1.5+0.1j)",
+        *("first", "(1.5+0.1j)", "a medium with real n > 0 and k = 0", ""),
+    ),
+    (
+        lambda: ir.Stack(["air", 1.5 - 0.1j]).reflectance(550.0),
+        "the last medium must have k >= 0 (gain only in finite layers), got (1.5-0.1j)",
+        *("last", "(1.5-0.1j)", "a medium with k >= 0", ""),
     ),
 ]
 

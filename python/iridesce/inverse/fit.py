@@ -145,8 +145,7 @@ def fit_thickness(
     """
     tolerances = read_tolerances(index_tolerance, wavelength_tolerance_nm)
     angle_tolerance = number("angle_tolerance_deg", angle_tolerance_deg, low=0.0, high=20.0)
-    if not 0.0 < number("probability", probability, low=0.0, high=1.0) < 1.0:
-        raise refusal("probability", "> 0 and < 1", probability)
+    probability = number("probability", probability, low=0.0, high=1.0, includes_low=False)
     if stack is None:
         raise complaint(
             "stack must say what the film is: text like 'air / soap ? / air', a Stack, or a list",
@@ -157,7 +156,7 @@ def fit_thickness(
     if measurements is not None:
         _check_alone(wavelength_nm=wavelength_nm, measured=measured, dark=dark, reference=reference, noise=noise)
         return _together(
-            measurements, stack, layer, index, thickness_range_nm, tolerances, angle_tolerance, float(probability)
+            measurements, stack, layer, index, thickness_range_nm, tolerances, angle_tolerance, probability
         )
     if wavelength_nm is None or measured is None:
         raise complaint(
@@ -235,9 +234,8 @@ def _gain(given: float | str | None) -> tuple[float | None, int]:
         return None, 0
     if isinstance(given, str):
         return None, GAINS.index(one_of("gain", given, GAINS)) + 1
-    fixed = number("gain", given, low=0.0)
-    if fixed == 0.0:
-        raise refusal("gain", 'None, "linear", "quadratic" or a number > 0', Words("0"))
+    if not (math.isfinite(fixed := number("gain", given)) and fixed > 0.0):
+        raise refusal("gain", 'None, "linear", "quadratic" or a number > 0', Words(f"{fixed:g}"))
     return fixed, 0
 
 

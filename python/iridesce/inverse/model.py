@@ -129,7 +129,7 @@ def _read_stack(stack: Any, layer: Any) -> tuple[Stack, tuple[int, ...]]:
                 None,
             )
         return made, tuple(places)
-    named = [layer] if isinstance(layer, int | str | np.integer) else list(layer)
+    named = list(layer) if np.iterable(layer) and not isinstance(layer, str) else [layer]
     places = [_place(one, made) for one in named]
     if not places or len(set(places)) != len(places):
         raise refusal("layer", "one or more different layers", layer, must="name")
@@ -144,7 +144,7 @@ def _read_stack(stack: Any, layer: Any) -> tuple[Stack, tuple[int, ...]]:
     return made, tuple(sorted(places))
 
 
-def _place(layer: Any, stack: Stack) -> int:
+def _place(layer: Any, stack: Stack, argument: str = "layer", by: str = "") -> int:
     if isinstance(layer, str):
         found = [place for place, one in enumerate(stack.layers) if one.medium.name == layer]
         if len(found) == 1:
@@ -152,14 +152,14 @@ def _place(layer: Any, stack: Stack) -> int:
     elif isinstance(layer, int | np.integer) and not isinstance(layer, bool) and 1 <= layer <= len(stack.layers):
         return int(layer) - 1
     names = ", ".join(one.medium.name for one in stack.layers)
-    raise refusal("layer", f"1 to {len(stack.layers)} or the name of one of the layers {names}", layer)
+    raise refusal(argument, f"{by}1 to {len(stack.layers)} or the name of one of the layers {names}", layer)
 
 
 def _read_index(index: Any, stack: Stack, unknown: tuple[int, ...]) -> tuple[str | None, ...]:
     if index is None or isinstance(index, str):
         models: list[Any] = [index] * len(unknown)
     elif isinstance(index, dict):
-        places = {_place(layer, stack): model for layer, model in index.items()}
+        places = {_place(layer, stack, "index", "by layer: "): model for layer, model in index.items()}
         if not set(places) <= set(unknown):
             raise complaint(
                 f"index names a layer whose thickness is not unknown, got {index!r}",

@@ -1,0 +1,348 @@
+"""What fits refuse: argument, value, what is allowed and place of each message, and its words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import iridesce as ir
+from iridesce.errors import ArgumentError
+
+NM = np.linspace(450.0, 700.0, 60)
+R = ir.Stack(["air", ir.Layer("soap", 320.0), "air"]).reflectance(NM)
+OPEN, TWO, GAP = "air / soap ? / air", "air / SiO2 ? / TiO2 ? / Si", "N-BK7 / air ? / N-BK7"
+SEEN = np.random.default_rng(1).random((40, 40, 3))
+SLOPE = np.linspace(0.0, 2500.0, 40) + np.zeros((40, 1))
+LENS = ir.thickness.lens_gap(1000.0)
+learn = ir.CameraCalibration.from_known
+
+# What is called; its words, where they are not "argument must be allowed, got given place"; the four parts.
+CASES: list[tuple[Callable[[], Any], str | None, str, str, str, str]] = [
+    (lambda: ir.fit_thickness(NM, R, OPEN, probability=1.0), None, *("probability", "1.0", "> 0 and < 1", "")),
+    (
+        lambda: ir.fit_thickness(NM, R),
+        "stack must say what the film is: text like 'air / soap ? / air', a Stack, or a list",
+        *("stack", "None", "text, a Stack, or a list", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, None, OPEN),
+        "wavelength_nm and measured must be given, or measurements=",
+        *("measured", "None", "given, or measurements=", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, None, OPEN, measurements=[]),
+        "wavelength_nm goes without measurements=, each of which has its own",
+        *("wavelength_nm", "both", "left out beside measurements=", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(stack=OPEN, measurements=[1]),
+        None,
+        *("measurements", "[1]", "a list of ir.Measurement", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, OPEN, gain=0.0),
+        None,
+        *("gain", "0", 'None, "linear", "quadratic" or a number > 0', ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM[:8], R[:8], OPEN),
+        "8 usable points are too few for 4 unknowns; at least 12",
+        *("measured", "8", "12 usable points or more", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, OPEN, thickness_range_nm=(1.0, 2e6)),
+        "thickness_range_nm must end at 1e6 nm at most, got [[1.0, 2000000.0]]",
+        *("thickness_range_nm", "[[1.0, 2000000.0]]", "end at 1e6 nm at most", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, OPEN, thickness_range_nm=(1.0, 2.0, 3.0)),
+        None,
+        *("thickness_range_nm", "(1.0, 2.0, 3.0)", "(low, high), or one pair for each of 1 unknowns", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, OPEN, dark=R),
+        "dark and reference_stack go with a reference: give reference=, too",
+        *("dark", "no reference", "given with a reference", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, OPEN, reference=R[:9]),
+        "wavelength_nm, measured, reference and dark must be of one length, got 60, 60, 9, 60",
+        *("measured", "60, 60, 9, 60", "as long as wavelength_nm, reference and dark", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, OPEN, reference=R, dark=R),
+        "the reference is above the dark by 3 standard deviations at 0 of 60 points, "
+        "at least 12 are needed: check dark and reference",
+        *("reference", "0 of 60 points", "above the dark by 3 standard deviations at 12 points or more", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, OPEN, reference=R, reference_stack=3),
+        None,
+        *("reference_stack", "3", "a Stack or text like 'air / Si'", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, OPEN, noise=[1.0, 2.0]),
+        None,
+        *("noise", "2", "one number or one a point (60)", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, OPEN, index="linear"),
+        'index must be None, "constant" or "cauchy", got \'linear\'',
+        *("index", "'linear'", 'None, "constant" or "cauchy"', ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, OPEN, index={"water": "constant"}),
+        None,
+        *("index", "'water'", "by layer: 1 to 1 or the name of one of the layers soap", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, "air / soap 100 / air", layer=[1, 1]),
+        "layer must name one or more different layers, got [1, 1]",
+        *("layer", "[1, 1]", "name one or more different layers", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, "air / Si"),
+        "the stack has no layer whose thickness could be found: Stack(['air', 'Si'])",
+        *("stack", "Stack(['air', 'Si'])", "a stack with a layer", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, 3),
+        None,
+        *("stack", "3", "an iridesce.Stack, a list, or text like 'air / soap ? / air'", ""),
+    ),
+    (
+        lambda: ir.fit_series(NM, [R, R], TWO),
+        "a series has one unknown thickness, the stack has 2",
+        *("stack", "2", "one with one unknown thickness", ""),
+    ),
+    (
+        lambda: ir.fit_series(NM, [R, R], OPEN, [1.0, 0.0]),
+        "time_s must be finite and ascending",
+        *("time_s", "others", "finite and ascending", ""),
+    ),
+    (
+        lambda: ir.fit_series(np.r_[NM[:-1], NM[0]], [R, R], OPEN),
+        "wavelength_nm must not repeat",
+        *("wavelength_nm", "some twice", "different wavelengths", ""),
+    ),
+    (
+        lambda: ir.fit_series(NM[:8], [R[:8]], OPEN),
+        "8 usable wavelengths are too few for a series; at least 24",
+        *("wavelength_nm", "8", "24 usable wavelengths or more", ""),
+    ),
+    (
+        lambda: ir.fit_series(NM, [R, R], OPEN, thickness_range_nm=(5.0, 1.0)),
+        None,
+        *("thickness_range_nm", "(5.0, 1.0)", "0 <= low < high <= 100 000", ""),
+    ),
+    (
+        lambda: ir.fit_series(NM, [R, R[:9]], OPEN),
+        "spectra must be of one length, a value at each of 60 wavelengths, got 9 in spectrum 1",
+        *("spectra", "9 values", "60 values each", "in spectrum 1"),
+    ),
+    (
+        lambda: ir.fit_series(None, "spectrum.txt", OPEN),
+        None,
+        *("spectra", "'spectrum.txt'", "a list of paths where wavelength_nm is None", ""),
+    ),
+    (
+        lambda: learn(SEEN, TWO, SLOPE),
+        "stack must have one unknown thickness, got 2",
+        *("stack", "2", "have one unknown thickness", ""),
+    ),
+    (
+        lambda: learn(SEEN, GAP, LENS),
+        "pixel_um is needed to lay out a thickness model",
+        *("pixel_um", "None", "a number > 0 with a thickness model", ""),
+    ),
+    (lambda: learn(SEEN, GAP, LENS, pixel_um=-1.0), None, *("pixel_um", "-1.0", "> 0 and < 1000000", "")),
+    (lambda: learn(SEEN, GAP, LENS, pixel_um=50.0, center="x"), None, *("center", "'x'", "(x, y) in pixels", "")),
+    (
+        lambda: learn(SEEN, GAP, SLOPE[:3]),
+        "thickness_nm must hold a value for each pixel (40, 40), got (3, 40)",
+        *("thickness_nm", "(3, 40)", "hold a value for each pixel (40, 40)", ""),
+    ),
+    (
+        lambda: learn(SEEN, GAP, -1.0 - SLOPE),
+        "thickness_nm must be >= 0, and known somewhere that is not masked",
+        *("thickness_nm", "values below 0, or none", ">= 0, and known somewhere that is not masked", ""),
+    ),
+    (
+        lambda: learn(np.full((40, 40, 3), 0.5), GAP, SLOPE),
+        "a channel of the picture has one value throughout: it shows no film",
+        *("image", "one with a constant channel", "a picture whose channels vary", ""),
+    ),
+    (
+        lambda: learn(SEEN, GAP, SLOPE),
+        "only 40 thicknesses have 4 pixels or more; at least 60 are needed",
+        *("thickness_nm", "40", "60 thicknesses with 4 pixels each, or more", ""),
+    ),
+    (
+        lambda: learn(SEEN, GAP, SLOPE, mask=np.zeros((3, 3), bool)),
+        "mask must hold true or false for each pixel (40, 40), got shape (3, 3) of type bool",
+        *("mask", "shape (3, 3) of type bool", "hold true or false for each pixel (40, 40)", ""),
+    ),
+    (
+        lambda: learn(SEEN[..., 0], GAP, SLOPE),
+        None,
+        *(
+            "image",
+            "ndarray of shape (40, 40) and type float64",
+            "linear numbers of the shape (height, width, 3), a picture's file or an Image",
+            "",
+        ),
+    ),
+    (
+        lambda: learn(SEEN, GAP, SLOPE, dark=[1.0, 2.0]),
+        None,
+        *(
+            "dark",
+            "list of shape (2,) and type float64",
+            "linear numbers of the shape (height, width, 3), a picture's file or an Image",
+            "",
+        ),
+    ),
+    (
+        lambda: ir.map_thickness(SEEN, TWO),
+        "stack must have one unknown thickness for a photograph (three numbers a pixel), got 2",
+        *("stack", "2", "have one unknown thickness for a photograph (three numbers a pixel)", ""),
+    ),
+    (
+        lambda: ir.map_thickness(SEEN, OPEN, thickness_range_nm=(5.0, 1.0)),
+        None,
+        *("thickness_range_nm", "(5, 1)", "0 <= low < high <= 12000", ""),
+    ),
+    (
+        lambda: ir.map_thickness(SEEN, OPEN, thickness_range_nm=3),
+        None,
+        *("thickness_range_nm", "3", "(low, high) in nm", ""),
+    ),
+    (
+        lambda: ir.map_thickness(SEEN, OPEN, tie_points=[(90, 1, 100.0)]),
+        "a tie point must lie in the picture of 40 x 40 pixels, with nm >= 0, got (90, 1, 100.0)",
+        *("tie_points", "(90, 1, 100.0)", "in the picture of 40 x 40 pixels, with nm >= 0", ""),
+    ),
+    (lambda: ir.map_thickness(SEEN, OPEN, tie_points=[1]), None, *("tie_points", "1", "a list of (x, y, nm)", "")),
+    (lambda: ir.map_thickness(SEEN, OPEN, clip=-1.0), None, *("clip", "-1.0", "one level or three, > 0", "")),
+    (
+        lambda: ir.map_thickness_video(SEEN, OPEN),
+        "frames must be several images, one after the other; of one picture: map_thickness",
+        *("frames", "one picture", "several images, one after the other", ""),
+    ),
+    (
+        lambda: ir.map_thickness_video("film.mp4", OPEN),
+        "frames must be images, or a folder of pictures, got 'film.mp4'; "
+        "take a video apart first (ffmpeg -i film.mp4 frames/%05d.png)",
+        *("frames", "'film.mp4'", "images, or a folder of pictures", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0, 0], media=[], substrate="Si"),
+        None,
+        *("media", "none", "a list of one or more media", ""),
+    ),
+    (lambda: ir.recipes([50, 0, 0], media="SiO2", substrate="Si"), None, *("media", "'SiO2'", "a list of media", "")),
+    (
+        lambda: ir.recipes([50, 0, 0], media=["SiO2"], substrate="Si", layers=[4]),
+        None,
+        *("layers", "4", "a whole number from 1 to 3", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0, 0], media=["SiO2"], substrate="Si", thickness_range_nm=(5.0, 1.0)),
+        None,
+        *("thickness_range_nm", "(5.0, 1.0)", "0 <= low < high <= 10 000", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0, 0], media=["SiO2"], substrate="Si", coupons=[(10.0, 20.0)]),
+        "coupons of two voltages at least are needed, got [10.0] V",
+        *("coupons", "[10.0] V", "of two voltages at least", ""),
+    ),
+    (
+        lambda: ir.Measurement("counts", NM, R, reference_stack="air / Si"),
+        'quantity must be "reflectance", "transmittance", "psi" or "delta", got \'counts\'',
+        *("quantity", "'counts'", '"reflectance", "transmittance", "psi" or "delta"', ""),
+    ),
+    (
+        lambda: ir.Measurement("reflectance", NM, R[:9]),
+        "wavelength_nm and values of reflectance, 0 degrees must be of one length, got 60, 9",
+        *("values", "9", "as long as wavelength_nm (60)", "of reflectance, 0 degrees"),
+    ),
+    (
+        lambda: ir.Measurement("reflectance", NM[:3], R[:3]),
+        "reflectance, 0 degrees has 3 usable points, at least 4 are needed",
+        *("values", "3", "4 usable points or more", "of reflectance, 0 degrees"),
+    ),
+    (
+        lambda: ir.Measurement("psi", NM, R, angle_deg=60.0, gain=1.0),
+        "psi has no gain, baseline or polarization",
+        *("quantity", "'psi'", "reflectance or transmittance where gain, baseline or polarization is given", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, OPEN, gain=-1.0),
+        None,
+        *("gain", "-1", 'None, "linear", "quadratic" or a number > 0', ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, OPEN, layer=1.5),
+        None,
+        *("layer", "1.5", "1 to 1 or the name of one of the layers soap", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, OPEN, index=3),
+        None,
+        *("index", "3", 'None, "constant", "cauchy" or a dict of these by layer', ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, TWO, layer=1),
+        "layer 2 has no thickness and is not among the unknown ones, layer=1",
+        *("layer", "1", "all that have no thickness, 2 among them", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, "air / SiO2 ? / TiO2 80 / Si", index={2: "constant"}),
+        "index names a layer whose thickness is not unknown, got {2: 'constant'}",
+        *("index", "{2: 'constant'}", "of layers whose thickness is unknown", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, ir.Stack(["air", ir.Layer("SiO2", 1.0), ir.Layer("TiO2", 1.0), "Si"])),
+        "the stack has 2 coherent layers: say which thickness is unknown, by layer=1 to 2 "
+        "(or several: [1, 2]), or in text by '?'",
+        *("layer", "None", "1 to 2, or several of them", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, "air / SiO2 500 incoherent / Si", layer=1),
+        "layer 1 is incoherent: it has no fringes that could tell its thickness",
+        *("layer", "1", "a coherent layer", ""),
+    ),
+    (
+        lambda: ir.Measurement("reflectance", NM, R, dark=R),
+        "dark and reference_stack go with a reference: give reference=, too",
+        *("dark", "no reference", "given with a reference", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0, 0], media=["SiO2"], substrate="Si", coupons=[(0.0, 20.0), (9.0, 30.0)]),
+        None,
+        *("coupons", "[(0.0, 20.0), (9.0, 30.0)]", "finite, their volts > 0", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0, 0], media=["SiO2"], substrate="Si", coupons=[(5.0, 30.0), (9.0, 20.0)]),
+        "coupons must grow thicker with the voltage; a line through them has -2.5 nm a volt",
+        *("coupons", "-2.5 nm a volt", "ones that grow thicker with the voltage", ""),
+    ),
+    (
+        lambda: learn(SEEN, GAP, np.zeros((40, 40)) + np.linspace(0, 90, 1600).reshape(40, 40)),
+        "thickness_nm spans 90 nm; a response can be learnt from 250 nm on, better from 2000",
+        *("thickness_nm", "90 nm", "250 nm wide or more", ""),
+    ),
+]
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case[2]} {case[3]}"[:40])
+def test_a_refusal_has_its_parts_and_words(case: tuple[Callable[[], Any], str | None, str, str, str, str]) -> None:
+    call, words, argument, given, allowed, place = case
+    with pytest.raises(ArgumentError) as caught:
+        call()
+    error = caught.value
+    assert (error.argument, error.given, error.allowed, error.place) == (argument, given, allowed, place)
+    assert str(error) == (words or f"{argument} must be {allowed}, got {given}{' ' * bool(place)}{place}")
