@@ -141,7 +141,7 @@ class Measurement:
                 raise refusal("noise", f"one number or one a point ({nm.size})", Words(sd.size))
             sd = np.broadcast_to(sd, nm.shape)
             if not (np.isfinite(sd).all() and (sd > 0.0).all()):
-                raise refusal("noise", "> 0 and finite", Words(f"{sd.min()!r} to {sd.max()!r}"))
+                raise refusal("noise", "> 0 and finite", Words(f"{float(sd.min())!r} to {float(sd.max())!r}"))
         good = np.isfinite(nm) & np.isfinite(values) & (nm > 0.0)
         order = np.argsort(nm[good], kind="stable")
         if order.size < FEWEST:

@@ -16,6 +16,8 @@ R = ir.Stack(["air", ir.Layer("soap", 320.0), "air"]).reflectance(NM)
 OPEN, TWO, GAP = "air / soap ? / air", "air / SiO2 ? / TiO2 ? / Si", "N-BK7 / air ? / N-BK7"
 SEEN = np.random.default_rng(1).random((40, 40, 3))
 SLOPE = np.linspace(0.0, 2500.0, 40) + np.zeros((40, 1))
+_Y, _X = np.mgrid[0:80, 0:80]
+WIDE = 0.6 * ((_Y - 40.0) ** 2 + (_X - 40.0) ** 2)
 LENS = ir.thickness.lens_gap(1000.0)
 learn = ir.CameraCalibration.from_known
 
@@ -334,6 +336,249 @@ CASES: list[tuple[Callable[[], Any], str | None, str, str, str, str]] = [
         lambda: learn(SEEN, GAP, np.zeros((40, 40)) + np.linspace(0, 90, 1600).reshape(40, 40)),
         "thickness_nm spans 90 nm; a response can be learnt from 250 nm on, better from 2000",
         *("thickness_nm", "90 nm", "250 nm wide or more", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(stack=OPEN, measurements=[ir.Measurement("reflectance", NM, R * 1e200)]),
+        "values of reflectance, 0 degrees reach 7.87e+198, whose squares no number holds; give them in another unit",
+        *("values", "7.87e+198", "of a size of 1e-60 to 1e+60", "of reflectance, 0 degrees"),
+    ),
+    (
+        lambda: ir.map_thickness(
+            SEEN,
+            OPEN,
+            calibration=learn(
+                ir.Stack(["N-BK7", ir.Layer("air", WIDE), "N-BK7"]).color(space="linear-srgb"), GAP, WIDE
+            ),
+            illuminant="D65",
+        ),
+        "calibration stands for camera and illuminant: give it or them",
+        *("illuminant", "both", "left out beside a calibration", ""),
+    ),
+    (
+        lambda: ir.map_thickness(SEEN, OPEN, noise=-1.0),
+        None,
+        *("noise", "-1.0", "one number or three, finite and > 0", ""),
+    ),
+    (
+        lambda: ir.map_thickness(SEEN, OPEN, clip=[1.0, 2.0]),
+        None,
+        *("clip", "[1.0, 2.0]", "one level or three, > 0", ""),
+    ),
+    (lambda: ir.map_thickness(SEEN, OPEN, clip="x"), None, *("clip", "'x'", "one level or three, > 0", "")),
+    (
+        lambda: ir.map_thickness(SEEN[:1, :1], OPEN),
+        "image must have at least 8 x 8 pixels, got 1 x 1",
+        *("image", "1 x 1", "have at least 8 x 8 pixels", ""),
+    ),
+    (
+        lambda: ir.map_thickness([1, 2], OPEN),
+        None,
+        *(
+            "image",
+            "list of shape (2,) and type int64",
+            "linear numbers of the shape (height, width, 3), a picture's file or an Image",
+            "",
+        ),
+    ),
+    (
+        lambda: ir.map_thickness(3, OPEN),
+        None,
+        *(
+            "image",
+            "int of shape () and type int64",
+            "linear numbers of the shape (height, width, 3), a picture's file or an Image",
+            "",
+        ),
+    ),
+    (
+        lambda: ir.map_thickness(SEEN, OPEN, flat=np.zeros((40, 40, 3))),
+        "flat must be brighter than dark: it is 0 or less everywhere",
+        *("flat", "nowhere", "brighter than dark at some pixel", ""),
+    ),
+    (
+        lambda: ir.map_thickness(SEEN, OPEN, flat=np.ones((3, 3, 3))),
+        "flat must have at least 8 x 8 pixels, got 3 x 3",
+        *("flat", "3 x 3", "have at least 8 x 8 pixels", ""),
+    ),
+    (
+        lambda: ir.map_thickness(np.full((40, 40, 3), np.nan), OPEN),
+        "image holds no number at all that is finite and below 3.4e38",
+        *("image", "none", "a picture with numbers in it", ""),
+    ),
+    (lambda: ir.map_thickness(SEEN, OPEN, angle_deg=95.0), None, *("angle_deg", "95", ">= 0 and < 90", "")),
+    (
+        lambda: ir.map_thickness(SEEN, OPEN, angle_deg=[1.0, 2.0]),
+        None,
+        *("angle_deg", "shape (2,)", "one number or one a pixel (40, 40)", ""),
+    ),
+    (
+        lambda: ir.map_thickness(SEEN, OPEN, camera="x"),
+        'camera must be None, "srgb", "xyz", one of nikon-d5100, sigma-sd-merrill, or a file of '
+        "sensitivities (CSV nm,r,g,b or JSON), got 'x'",
+        *(
+            "camera",
+            "'x'",
+            'None, "srgb", "xyz", one of nikon-d5100, sigma-sd-merrill, or a file of sensitivities (CSV nm,r,g,b or JSON)',
+            "",
+        ),
+    ),
+    (
+        lambda: learn(SEEN, GAP, LENS, pixel_um=50.0, center=(np.nan, 1.0)),
+        None,
+        *("center", "(nan, 1.0)", "finite", ""),
+    ),
+    (
+        lambda: learn(np.random.default_rng(1).random((80, 80, 3)), GAP, WIDE),
+        "the picture does not show this film: 100 % of its contrast is left over (center, pixel_um, stack, "
+        "or a curve that is not linear)",
+        *("image", "one with 100 % of its contrast left over", "a picture of this film", ""),
+    ),
+    (lambda: ir.map_thickness_video(3, OPEN), None, *("frames", "3", "images, one after the other", "")),
+    (
+        lambda: ir.fit_thickness(stack=OPEN, index="cauchy", measurements=[ir.Measurement("reflectance", NM, R)]),
+        None,
+        *("index", '"cauchy"', 'None or "constant" with measurements=', ""),
+    ),
+    (
+        lambda: ir.fit_thickness(
+            stack="air / SiO2 ? / N-BK7 1e6 incoherent / air",
+            measurements=[ir.Measurement("psi", NM, 50.0 * R, angle_deg=60.0)],
+        ),
+        "psi and delta need a stack without incoherent layers",
+        *(
+            "stack",
+            "Stack(['air', Layer('SiO2', thickness_nm=0.0), Layer('N-B...",
+            "one without incoherent layers for psi and delta",
+            "",
+        ),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R, "air / SiO2 ? / TiO2 ? / SiO2 ? / TiO2 ? / Si"),
+        "4 unknown thicknesses within [(1.0, 1500.0), (1.0, 1500.0), (1.0, 1500.0), (1.0, 1500.0)] nm make "
+        "92160000 trials, at most 60000 are made: give narrower thickness_range_nm, one (low, high) for each",
+        *("thickness_range_nm", "92160000", "narrow enough for 60000 trials", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, np.full(60, np.nan), OPEN),
+        "wavelength_nm and measured hold no usable point",
+        *("measured", "nothing usable", "finite at some wavelength > 0", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM[:9], R[:9], OPEN, reference=R[:9]),
+        "9 points are too few for counts; at least 12",
+        *("measured", "9", "12 points or more", ""),
+    ),
+    (
+        lambda: ir.fit_thickness(NM, R[:, None], OPEN),
+        None,
+        *("measured", "shape (60, 1)", "real numbers along one axis", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0, 0], media=["SiO2"], substrate="Si", coupons=3),
+        None,
+        *("coupons", "3", "a list of (volt, nm) or of (volt, (L, a, b)), all of one kind", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0, 0], media=["SiO2"], substrate="Si", coupons=[1, 2]),
+        None,
+        *("coupons", "[1, 2]", "a list of (volt, nm) or of (volt, (L, a, b)), all of one kind", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0, 0], media=["SiO2"], substrate="Si", coupons=[(1.0, -20.0), (9.0, 30.0)]),
+        "coupons must have thicknesses >= 0 nm, got [-20.0, 30.0]",
+        *("coupons", "[-20.0, 30.0]", "have thicknesses >= 0 nm", ""),
+    ),
+    (
+        lambda: ir.recipes(
+            [50, 0, 0], media=["SiO2", "TiO2"], substrate="Si", coupons=[(1.0, (50, 0, 0)), (9.0, (60, 0, 0))]
+        ),
+        "coupons by colour need one medium, the oxide; media has 2",
+        *("media", "2", "one medium, the oxide, beside coupons by colour", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0, 0], media=["SiO2"], substrate="Si", layers=[]),
+        None,
+        *("layers", "none", "a list of 1, 2 and 3", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0, 0], media=["SiO2"], substrate="Si", layers="x"),
+        None,
+        *("layers", "'x'", "a whole number from 1 to 3", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0, 0], media=["SiO2"], substrate="Si", sigma=0.1, sigma_nm=1.0),
+        None,
+        *("sigma_nm", "both", "left out beside sigma", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0], media=["SiO2"], substrate="Si"),
+        None,
+        *("target", "[50, 0]", "three finite numbers", ""),
+    ),
+    (
+        lambda: ir.recipes([500, 0, 0], media=["SiO2"], substrate="Si"),
+        "target has a lightness L of 500; films have 0 to 100 (is space='lab' right?)",
+        *("target", "L = 500", "of a lightness from 0 to 100", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0, 0], media=["SiO2"], substrate="Si", thickness_range_nm=3),
+        None,
+        *("thickness_range_nm", "3", "(low, high) in nm", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0, 0], media=["air"], substrate="Si"),
+        "no layer of these media has two faces that reflect: media beside themselves, the substrate or the outside",
+        *("media", "none", "media of which a layer has two faces that reflect", ""),
+    ),
+    (
+        lambda: ir.fit_series(NM, R, OPEN),
+        "spectra must have the shape (n, 60) for 60 wavelengths, got (60,)",
+        *("spectra", "(60,)", "have the shape (n, 60) for 60 wavelengths", ""),
+    ),
+    (
+        lambda: ir.fit_series(NM - 450.0, [R], OPEN),
+        "wavelength_nm must be > 0 and finite",
+        *("wavelength_nm", "others", "> 0 and finite", ""),
+    ),
+    (
+        lambda: ir.fit_series(NM, [R, R], OPEN, [1.0, 2.0, 3.0]),
+        "time_s must have one time a spectrum (2), got shape (3,)",
+        *("time_s", "shape (3,)", "have one time a spectrum (2)", ""),
+    ),
+    (
+        lambda: ir.fit_series(None, [1, 2], OPEN),
+        "spectra must be a list of paths where wavelength_nm is None",
+        *("spectra", "[1, 2]", "a list of paths where wavelength_nm is None", ""),
+    ),
+    (
+        lambda: ir.fit_series(NM, [R], OPEN, thickness_range_nm=3),
+        None,
+        *("thickness_range_nm", "3", "(low, high) in nm", ""),
+    ),
+    (
+        lambda: ir.Measurement("psi", NM, R, angle_deg=60.0, reference=R),
+        "psi is no count, and has no reference",
+        *("reference", "given", "left out for psi and delta", ""),
+    ),
+    (
+        lambda: ir.Measurement("reflectance", NM, R, reference=R[:3]),
+        "reference and values of reflectance, 0 degrees must be of one length, got 3, 60",
+        *("reference", "3", "as long as values (60)", "of reflectance, 0 degrees"),
+    ),
+    (
+        lambda: ir.Measurement("reflectance", NM, R, noise=[1.0, 2.0]),
+        None,
+        *("noise", "2", "one number or one a point (60)", ""),
+    ),
+    (
+        lambda: ir.Measurement("reflectance", NM, R, noise=np.zeros(60)),
+        None,
+        *("noise", "0.0 to 0.0", "> 0 and finite", ""),
+    ),
+    (
+        lambda: ir.Measurement("reflectance", NM[:, None], R),
+        "wavelength_nm must have one axis, got shape (60, 1)",
+        *("wavelength_nm", "shape (60, 1)", "have one axis", ""),
     ),
 ]
 

@@ -26,8 +26,7 @@ from iridesce.exchange.importers.materialx import _float, parsed
 from iridesce.files.whole import read_whole
 
 _IORS = {"vacuum": 1.0, "air": "air", "water": "water", "bk7": "N-BK7", "diamond": "diamond", "acrylic glass": "PMMA"}
-# Kinds of shapes that a file holds.
-_MESHES = ("obj", "ply")
+_MESHES = ("obj", "ply")  # kinds of shapes that a file holds
 _METALS = ("Ag", "Al", "Au", "Cr", "Cu", "W", "V", "Ti", "Ni", "Pt")
 
 
@@ -360,9 +359,8 @@ class _Reader:
             if len(words) == 1:
                 return {"illuminant": "D65" if one.tag == "rgb" else "E", "radiance": self._text_number(words[0])}
             if len(words) == 3:
-                r, g, b = (self._text_number(word) for word in words)
                 self.found.leave_out("the colour of a lamp; D65 of the same luminance stands for it")
-                return {"illuminant": "D65", "radiance": luminance((r, g, b))}
+                return {"illuminant": "D65", "radiance": luminance([self._text_number(word) for word in words])}
         return {"illuminant": "D65", "radiance": 1.0}
 
     def _sensor(self, element: ET.Element, kind: str) -> None:
