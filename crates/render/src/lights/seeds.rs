@@ -7,6 +7,7 @@ use iridesce_numerics::Vec3;
 
 use super::chooser::LightId;
 use crate::chain::Chain;
+use crate::geometry::{Box32, Item, Tree};
 
 /// By how much of itself a triangle reaches beyond its sides: neighbours overlap a little, and the edges of a caustic lie between
 /// rays.
@@ -18,8 +19,8 @@ const BULGE: f64 = 0.05;
 /// Least area of a triangle, of the square of its longest side, whose inside is told from its outside.
 const LEAST_AREA: f64 = 1e-6;
 
-/// Triangles of a leaf.
-const LEAF: usize = 4;
+/// Nodes that a search has yet to look at: the tree's depth and a few.
+const MOST_WAITING: usize = 96;
 
 /// Where a ray from a lamp has landed.
 #[derive(Debug, Clone, Copy)]
@@ -53,14 +54,32 @@ pub struct Candidate {
     pub is_folded: bool,
 }
 
+/// Boxes are in single precision, rounded outwards; a place within one in double precision is within it when rounded, too.
 #[derive(Debug, Clone, Copy)]
 struct Node {
-    min: [f64; 3],
-    max: [f64; 3],
+    min: [f32; 3],
+    max: [f32; 3],
     /// First seed of a leaf, or the second child; the first child comes next.
     at: u32,
     /// Of a leaf.
     count: u32,
+}
+
+/// Where a place lies in a triangle: all that does not depend on the place is worked out once.
+#[derive(Debug, Clone, Copy)]
+struct Chart {
+    /// The first corner.
+    from: Vec3,
+    /// Shares of the second and third corner where the light through a place meets the plane of the triangle, and how far
+    /// that is along the light, each per unit of the way from the first corner. All 0 where a triangle has no inside.
+    second: Vec3,
+    third: Vec3,
+    lift: Vec3,
+    /// The farthest that a place may lie off, in both directions; below 0 of a triangle whose plane the light lies in.
+    farthest: f64,
+    /// The shares of a triangle without an inside.
+    even: f64,
+    is_folded: bool,
 }
 
 /// Seeds found by place.
@@ -68,6 +87,8 @@ struct Boxes {
     seeds: Vec<Seed>,
     /// The box of each, both ends, side by side: most seeds of a leaf do not hold a place, and their corners lie apart in memory.
     own: Vec<[[f32; 3]; 2]>,
+    /// Where a place lies in each.
+    charts: Vec<Chart>,
     nodes: Vec<Node>,
 }
 
@@ -127,18 +148,19 @@ impl Seeds {
     /// What is known of a place, of all lights, in an order that depends on the seeds alone.
     pub fn find(&self, place: Vec3, strength: Strength, found: &mut Vec<Candidate>) {
         found.clear();
-        let Boxes { seeds, own, nodes } = &self.strengths[usize::from(strength == Strength::Faint)];
+        let Boxes { seeds, own, charts, nodes } = &self.strengths[usize::from(strength == Strength::Faint)];
         if nodes.is_empty() {
             return;
         }
-        let point = place.to_array();
-        let mut waiting = [0_u32; 64];
+        let point = place.to_array().map(|x| x as f32);
+        let holds = |min: &[f32; 3], max: &[f32; 3]| (0..3).all(|i| point[i] >= min[i] && point[i] <= max[i]);
+        let mut waiting = [0_u32; MOST_WAITING];
         let mut count = 1;
         while count > 0 {
             count -= 1;
             let at = waiting[count] as usize;
             let node = &nodes[at];
-            if (0..3).any(|i| point[i] < node.min[i] || point[i] > node.max[i]) {
+            if !holds(&node.min, &node.max) {
                 continue;
             }
             if node.count == 0 {
@@ -147,47 +169,13 @@ impl Seeds {
                 continue;
             }
             let leaf = node.at as usize..(node.at + node.count) as usize;
-            for (seed, [min, max]) in seeds[leaf.clone()].iter().zip(&own[leaf]) {
-                if (0..3).all(|i| point[i] >= f64::from(min[i]) && point[i] <= f64::from(max[i])) {
-                    found.extend(self.within(seed, place));
+            for i in leaf {
+                let [min, max] = &own[i];
+                if holds(min, max) {
+                    found.extend(charts[i].within(&seeds[i], place));
                 }
             }
         }
-    }
-
-    /// What a seed tells of a place within it.
-    #[inline(always)]
-    fn within(&self, seed: &Seed, place: Vec3) -> Option<Candidate> {
-        let corners = seed.corners.map(|corner| &self.landings[corner as usize]);
-        let [a, b, c] = corners.map(|corner| corner.point);
-        let (u, v) = (b - a, c - a);
-        let normal = u.cross(v);
-        let (area2, size2) = (normal.length_squared(), u.length_squared().max(v.length_squared()));
-        let mut shares = [1.0 / 3.0; 3];
-        let light = (a - corners[0].left).normalized();
-        let slope = light.dot(normal);
-        if area2 > LEAST_AREA * LEAST_AREA * size2 * size2 {
-            // Along the light onto the plane of the triangle, then by areas.
-            let lift = (place - a).dot(normal);
-            if slope == 0.0 || (lift / slope) * (lift / slope) > BULGE * BULGE * size2 {
-                return None;
-            }
-            let from_a = place - light * (lift / slope) - a;
-            let second = from_a.cross(v).dot(normal) / area2;
-            let third = u.cross(from_a).dot(normal) / area2;
-            shares = [1.0 - second - third, second, third];
-            if shares.iter().any(|share| *share < -MARGIN) {
-                return None;
-            }
-        }
-        Some(Candidate {
-            light: seed.light,
-            chain: seed.chain,
-            irradiance: f64::from(seed.irradiance),
-            corners: seed.corners,
-            shares,
-            is_folded: slope < 0.0,
-        })
     }
 
     /// Where the light of what is known of a place comes from, about, and the square of the angle over which it does within the triangle.
@@ -203,36 +191,78 @@ impl Seeds {
     }
 }
 
-impl Boxes {
-    fn new(seeds: Vec<Seed>, landings: &[Landing]) -> Boxes {
-        let mut boxes: Vec<Boxed> = seeds
-            .into_iter()
-            .map(|seed| {
-                let (min, max) = around(landings, &seed);
-                Boxed { min, max, seed }
-            })
-            .collect();
-        let mut nodes = Vec::new();
-        if !boxes.is_empty() {
-            build(&mut boxes, 0, &mut nodes);
+impl Chart {
+    fn new(seed: &Seed, landings: &[Landing]) -> Chart {
+        let corners = seed.corners.map(|corner| &landings[corner as usize]);
+        let [a, b, c] = corners.map(|corner| corner.point);
+        let (u, v) = (b - a, c - a);
+        let normal = u.cross(v);
+        let (area2, size2) = (normal.length_squared(), u.length_squared().max(v.length_squared()));
+        let light = (a - corners[0].left).normalized();
+        let slope = light.dot(normal);
+        let zero = Vec3::new(0.0, 0.0, 0.0);
+        let mut chart = Chart {
+            from: a,
+            second: zero,
+            third: zero,
+            lift: zero,
+            farthest: f64::INFINITY,
+            even: 1.0 / 3.0,
+            is_folded: slope < 0.0,
+        };
+        if area2 > LEAST_AREA * LEAST_AREA * size2 * size2 {
+            chart.even = 0.0;
+            // Along the light onto the plane of the triangle, then by areas. A plane that the light lies in is met nowhere.
+            (chart.lift, chart.farthest) =
+                if slope == 0.0 { (zero, -1.0) } else { (normal * (1.0 / slope), BULGE * size2.sqrt()) };
+            // (way - light (way . lift)) . across = way . (across - lift (light . across))
+            let per_way = |across: Vec3| across - chart.lift * light.dot(across);
+            (chart.second, chart.third) =
+                (per_way(v.cross(normal) * (1.0 / area2)), per_way(normal.cross(u) * (1.0 / area2)));
         }
-        let own = boxes
-            .iter()
-            .map(|own| [own.min.map(|end| (end as f32).next_down()), own.max.map(|end| (end as f32).next_up())])
-            .collect();
-        Boxes { seeds: boxes.into_iter().map(|own| own.seed).collect(), own, nodes }
+        chart
+    }
+
+    /// What a seed tells of a place within it.
+    #[inline(always)]
+    fn within(&self, seed: &Seed, place: Vec3) -> Option<Candidate> {
+        let way = place - self.from;
+        let (second, third) = (way.dot(self.second) + self.even, way.dot(self.third) + self.even);
+        let shares = [1.0 - second - third, second, third];
+        let is_within = way.dot(self.lift).abs() <= self.farthest && shares.iter().all(|share| *share >= -MARGIN);
+        is_within.then(|| Candidate {
+            light: seed.light,
+            chain: seed.chain,
+            irradiance: f64::from(seed.irradiance),
+            corners: seed.corners,
+            shares,
+            is_folded: self.is_folded,
+        })
     }
 }
 
-/// A seed in its box.
-struct Boxed {
-    min: [f64; 3],
-    max: [f64; 3],
-    seed: Seed,
+impl Boxes {
+    fn new(seeds: Vec<Seed>, landings: &[Landing]) -> Boxes {
+        let around: Vec<[[f32; 3]; 2]> = seeds.iter().map(|seed| around(landings, seed)).collect();
+        let mut items: Vec<Item> =
+            (0_u32..).zip(&around).map(|(number, [min, max])| Item::new(*min, *max, number)).collect();
+        let mut nodes = Vec::new();
+        // Large triangles and small ones lie over each other: halves by their number would make every place search most of them.
+        if let Some(tree) = Tree::new(&mut items) {
+            flatten(&tree, &mut nodes);
+        }
+        let numbers = || items.iter().map(|item| item.number() as usize);
+        Boxes {
+            own: numbers().map(|i| around[i]).collect(),
+            charts: numbers().map(|i| Chart::new(&seeds[i], landings)).collect(),
+            seeds: numbers().map(|i| seeds[i]).collect(),
+            nodes,
+        }
+    }
 }
 
 /// The corners of the box of a seed, a little larger than its triangle.
-fn around(landings: &[Landing], seed: &Seed) -> ([f64; 3], [f64; 3]) {
+fn around(landings: &[Landing], seed: &Seed) -> [[f32; 3]; 2] {
     let points = seed.corners.map(|corner| landings[corner as usize].point.to_array());
     let side = |i: usize, j: usize| (0..3).map(|k| (points[i][k] - points[j][k]).powi(2)).sum::<f64>();
     // What catches the light may bulge between the corners.
@@ -242,30 +272,29 @@ fn around(landings: &[Landing], seed: &Seed) -> ([f64; 3], [f64; 3]) {
     let most: [f64; 3] =
         std::array::from_fn(|k| points.iter().fold(f64::NEG_INFINITY, |most, point| most.max(point[k])));
     let slack = |k: usize| 2.0 * MARGIN * (most[k] - least[k]) + bulge;
-    (std::array::from_fn(|k| least[k] - slack(k)), std::array::from_fn(|k| most[k] + slack(k)))
+    [
+        std::array::from_fn(|k| ((least[k] - slack(k)) as f32).next_down()),
+        std::array::from_fn(|k| ((most[k] + slack(k)) as f32).next_up()),
+    ]
 }
 
-/// Nodes over boxes, which are put in the order of the leaves: halves along the longest side of their middles.
-fn build(boxes: &mut [Boxed], first: usize, nodes: &mut Vec<Node>) {
-    let fold =
-        |start: f64, pick: &dyn Fn(&Boxed) -> f64, join: fn(f64, f64) -> f64| boxes.iter().map(pick).fold(start, join);
-    let min: [f64; 3] = std::array::from_fn(|k| fold(f64::INFINITY, &|own| own.min[k], f64::min));
-    let max: [f64; 3] = std::array::from_fn(|k| fold(f64::NEG_INFINITY, &|own| own.max[k], f64::max));
-    let own = nodes.len();
-    nodes.push(Node { min, max, at: first as u32, count: boxes.len() as u32 });
-    if boxes.len() <= LEAF {
-        return;
+/// The nodes of a tree, the first child of each next to it.
+fn flatten(tree: &Tree, nodes: &mut Vec<Node>) {
+    let ends = |box32: &Box32| {
+        let three = |[x, y, z, _]: [f32; 4]| [x, y, z];
+        [three(box32.min), three(box32.max)]
+    };
+    let [min, max] = ends(tree.bounds());
+    match tree {
+        Tree::Leaf { first, count, .. } => {
+            nodes.push(Node { min, max, at: *first as u32, count: *count as u32 });
+        }
+        Tree::Inner { children, .. } => {
+            let own = nodes.len();
+            nodes.push(Node { min, max, at: 0, count: 0 });
+            flatten(&children[0], nodes);
+            nodes[own].at = nodes.len() as u32;
+            flatten(&children[1], nodes);
+        }
     }
-    let middle = |own: &Boxed, k: usize| own.min[k] + own.max[k];
-    let spread: [f64; 3] = std::array::from_fn(|k| {
-        fold(f64::NEG_INFINITY, &|own| middle(own, k), f64::max) - fold(f64::INFINITY, &|own| middle(own, k), f64::min)
-    });
-    let axis = (0..3).fold(0, |best, k| if spread[k] > spread[best] { k } else { best });
-    let half = boxes.len() / 2;
-    boxes.select_nth_unstable_by(half, |a, b| middle(a, axis).total_cmp(&middle(b, axis)));
-    let (low, high) = boxes.split_at_mut(half);
-    build(low, first, nodes);
-    nodes[own].count = 0;
-    nodes[own].at = nodes.len() as u32;
-    build(high, first + half, nodes);
 }
