@@ -28,7 +28,7 @@ cat "$$told"; rm -f "$$told"; exit $$failed
 endef
 
 .PHONY: help fuzz reference readers board test-readers test quick lint lint-rust lint-python test-rust test-python build \
-	test-rust-and-build pytest web test-web docs bench wheel wheel-check images clean
+	test-both pytest web test-web docs bench wheel wheel-check images clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -36,8 +36,7 @@ help: ## this list
 test: ## everything: lint, build, the tests of both languages, the code blocks of the docs
 	@SECONDS=0; \
 	$(MAKE) lint; \
-	$(MAKE) test-rust-and-build; \
-	$(MAKE) pytest; \
+	$(MAKE) test-both; \
 	echo "make test: lint, Rust tests and Python tests all passed in $$SECONDS s"; \
 	echo "make test: left out: the page and its core in wasm (make test-web; it takes Node 20 and the wasm target)"
 
@@ -79,8 +78,9 @@ test-readers: build readers ## the tests of exports with every reader required
 test-rust:
 	cargo test --workspace $(CARGO_ARGS)
 
-test-rust-and-build:
-	$(call beside,test-rust,build)
+# Two cores are never idle so: what each waits for (one unit of code, one long test) the other fills.
+test-both:
+	$(call beside,test-python,test-rust)
 
 test-python: build
 	$(MAKE) pytest
