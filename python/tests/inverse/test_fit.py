@@ -196,7 +196,7 @@ def test_a_slab_that_is_too_thick_to_interfere() -> None:
         ({"resolution_nm": -1.0}, "resolution_nm"),
         ({"resolution_nm": np.inf}, "resolution_nm"),
         ({"index": "sellmeier"}, "index must be"),
-        ({"index": {2: "constant"}}, "layer must be"),
+        ({"index": {2: "constant"}}, "index must be by layer: 1 to 1"),
         ({"noise": -1.0}, "no usable point"),
         ({"noise": [1.0, 2.0]}, "noise must be one number"),
         ({"probability": 0.0}, "probability"),
