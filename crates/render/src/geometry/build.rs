@@ -22,6 +22,8 @@ const MANY: usize = 1 << 17;
 const CROWD: usize = 1 << 12;
 /// Below this depth halves replace the heuristic: a walk's memory stays bounded whatever the boxes are.
 const DEEPEST: usize = 48;
+/// Most levels of a tree: below [`DEEPEST`] halves, of fewer than 2^32 things.
+pub const MOST_LEVELS: usize = DEEPEST + 32;
 
 /// A box in single precision, as vectors of four; what the fourth numbers are does not matter.
 #[derive(Debug, Clone, Copy)]

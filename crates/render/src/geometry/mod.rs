@@ -17,7 +17,7 @@ mod world;
 
 use iridesce_numerics::Vec3;
 
-pub use self::build::{Box32, Item, Tree};
+pub use self::build::{Box32, Item, MOST_LEVELS, Tree};
 pub use self::shape::{Shape, cone_density, cone_direction, frame};
 pub use self::world::Geometry;
 

@@ -7,7 +7,7 @@ use iridesce_numerics::Vec3;
 
 use super::chooser::LightId;
 use crate::chain::Chain;
-use crate::geometry::{Box32, Item, Tree};
+use crate::geometry::{Box32, Item, MOST_LEVELS, Tree};
 
 /// By how much of itself a triangle reaches beyond its sides: neighbours overlap a little, and the edges of a caustic lie between
 /// rays.
@@ -19,8 +19,8 @@ const BULGE: f64 = 0.05;
 /// Least area of a triangle, of the square of its longest side, whose inside is told from its outside.
 const LEAST_AREA: f64 = 1e-6;
 
-/// Nodes that a search has yet to look at: the tree's depth and a few.
-const MOST_WAITING: usize = 96;
+/// Nodes that a search has yet to look at: one a level, and two of the lowest.
+const MOST_WAITING: usize = MOST_LEVELS + 2;
 
 /// Where a ray from a lamp has landed.
 #[derive(Debug, Clone, Copy)]
@@ -296,5 +296,89 @@ fn flatten(tree: &Tree, nodes: &mut Vec<Node>) {
             nodes[own].at = nodes.len() as u32;
             flatten(&children[1], nodes);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::{Choices, PixelSampler};
+
+    /// In the unit cube.
+    fn anywhere(choices: &mut Choices) -> Vec3 {
+        let [x, y, z] = std::array::from_fn(|_| f64::from(choices.next()));
+        Vec3::new(x, y, z)
+    }
+
+    /// Triangles of any size and place under lamps anywhere, some without an inside.
+    fn some(count: u32) -> (Vec<Seed>, Vec<Landing>) {
+        let mut choices = PixelSampler::new(3, 5).choices(0);
+        let mut point = |reach: f64| anywhere(&mut choices) * reach;
+        let mut landings = Vec::new();
+        let seeds = (0..count).map(|i| {
+            let (at, reach) = (point(1.0), if i % 5 == 0 { 1.0 } else { 0.1 });
+            for _ in 0..3 {
+                let point = if i % 7 == 0 { at } else { at + point(reach) };
+                landings.push(Landing { point, left: Vec3::new(0.5, 0.5, 3.0) });
+            }
+            let chain = Chain::UNTOLD;
+            Seed { light: LightId::Emitter(0), chain, corners: [3 * i, 3 * i + 1, 3 * i + 2], irradiance: i as f32 }
+        });
+        (seeds.collect(), landings)
+    }
+
+    /// By the corners alone: along the light onto the plane, then by areas.
+    fn shares(corners: [&Landing; 3], place: Vec3) -> Option<[f64; 3]> {
+        let [a, b, c] = corners.map(|corner| corner.point);
+        let normal = (b - a).cross(c - a);
+        if normal.length_squared() == 0.0 {
+            return Some([1.0 / 3.0; 3]);
+        }
+        let light = (a - corners[0].left).normalized();
+        let lift = (place - a).dot(normal) / light.dot(normal);
+        let longest = (b - a).length_squared().max((c - a).length_squared()).sqrt();
+        let foot = place - light * lift;
+        let area = |p: Vec3, q: Vec3| (p - foot).cross(q - foot).dot(normal) / normal.length_squared();
+        let shares = [area(b, c), area(c, a), area(a, b)];
+        (lift.abs() <= BULGE * longest && shares.iter().all(|share| *share >= -MARGIN)).then_some(shares)
+    }
+
+    #[test]
+    fn a_search_finds_the_triangles_that_hold_a_place_and_where_in_them() {
+        let (seeds, landings) = some(400);
+        let found_by = Seeds::new(seeds.clone(), landings.clone(), Vec::new(), false).expect("some");
+        let (mut all, mut flat) = (0, 0);
+        let mut choices = PixelSampler::new(4, 1).choices(0);
+        for k in 0..2000 {
+            // Anywhere, or on a corner.
+            let place = if k % 2 == 0 { landings[k % landings.len()].point } else { anywhere(&mut choices) };
+            let mut found = Vec::new();
+            found_by.find(place, Strength::Bright, &mut found);
+            let mut expected = Vec::new();
+            for seed in &seeds {
+                let corners = seed.corners.map(|corner| &landings[corner as usize]);
+                let Some(shares) = shares(corners, place) else { continue };
+                // A triangle that is a point holds that point alone.
+                let is_flat = shares == [1.0 / 3.0; 3];
+                if !is_flat || (corners[0].point - place).length_squared() < 1e-12 {
+                    expected.push((seed.irradiance, shares));
+                    flat += usize::from(is_flat);
+                }
+            }
+            found.sort_by(|a, b| a.irradiance.total_cmp(&b.irradiance));
+            assert_eq!(found.len(), expected.len(), "{place:?}");
+            for (found, (irradiance, shares)) in found.iter().zip(&expected) {
+                assert_eq!(found.irradiance as f32, *irradiance);
+                for (own, wanted) in found.shares.iter().zip(shares) {
+                    assert!(
+                        (own - wanted).abs() < 1e-9 * (1.0 + wanted.abs()),
+                        "{place:?}: {:?} {shares:?}",
+                        found.shares
+                    );
+                }
+            }
+            all += found.len();
+        }
+        assert!(all > 1000 && flat > 50, "{all} triangles, {flat} of them points");
     }
 }
