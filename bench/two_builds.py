@@ -23,6 +23,7 @@ import sys
 import time
 from pathlib import Path
 
+DIGESTS = "digests"  # is asked of a build in place of a job
 FIRST_ROUNDS = 2  # warm caches, and are not counted
 # What a picture of each asks for: one film, flat films of a plate, walls that meet, facets, layers, lenses, bumps.
 SCENES = ("soap-bubble", "titanium", "bubble-cluster", "burnt-steel", "beetle", "coated-lens", "wet-asphalt")
@@ -55,9 +56,11 @@ def answer() -> None:
         "flow": lambda: list(ir.thickness.simulate("bubble-on-bath", time_s=0.1, frames_per_second=10)),
         "fit": functools.partial(ir.fit_thickness, nm, spectrum, "air / soap ? / air"),
     }
-    jobs["bytes"] = print_digests
     print(json.dumps(list(jobs)), flush=True)
     for line in sys.stdin:
+        if line.strip() == DIGESTS:
+            print_digests()
+            continue
         begun = time.process_time()
         jobs[line.strip()]()
         print(time.process_time() - begun, flush=True)
@@ -110,9 +113,8 @@ class Build:
         return float(self._line())
 
     def digests(self) -> dict[str, str]:
-        self._send("bytes")
+        self._send(DIGESTS)
         found: dict[str, str] = json.loads(self._line())
-        self._line()  # seconds
         return found
 
     def _send(self, job: str) -> None:
@@ -146,7 +148,7 @@ def main() -> None:
     if options.bytes:
         compare_digests(*(build.digests() for build in builds))
         return
-    jobs = options.jobs.split(",") if options.jobs else builds[0].jobs[:-1]
+    jobs = options.jobs.split(",") if options.jobs else builds[0].jobs
     seconds: dict[str, list[list[float]]] = {job: [[], []] for job in jobs}
     for number in range(options.rounds):
         for job in jobs:
