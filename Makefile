@@ -78,7 +78,7 @@ test-readers: build readers ## the tests of exports with every reader required
 test-rust:
 	cargo test --workspace $(CARGO_ARGS)
 
-# Two cores are never idle so: what each waits for (one unit of code, one long test) the other fills.
+# While one of them waits for a long unit of code or a long test, the other has both cores.
 test-both:
 	$(call beside,test-python,test-rust)
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from iridesce._notebook import facts_html
 from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import file_name, number
@@ -146,18 +147,21 @@ class CameraCalibration:
         """Relative standard deviation of thicknesses found with it, its own film being exact."""
         return math.hypot(_SCALE_SD, 0.05 * self.misfit)
 
-    def __str__(self) -> str:
+    def _facts(self) -> list[tuple[str, str]]:
         peaks = ", ".join(f"{nm:.0f}" for nm in self.wavelength_nm[self.response.argmax(axis=0)])
-        middle = "" if self.center is None else f", middle of the rings at {self.center[0]:.1f}, {self.center[1]:.1f}"
-        return (
-            f"{self.stack}: channels largest at {peaks} nm, {100.0 * self.misfit:.1f} % of the contrast left over, "
-            f"gap {self.gap_nm:.1f} nm{middle}"
-        )
+        middle = "" if self.center is None else f"{self.center[0]:.1f}, {self.center[1]:.1f}"
+        return [
+            ("channels largest at", f"{peaks} nm"),
+            ("contrast left over", f"{100.0 * self.misfit:.1f} %"),
+            ("gap", f"{self.gap_nm:.1f} nm"),
+            ("middle of the rings at", middle),
+        ]
+
+    def __str__(self) -> str:
+        return f"{self.stack}: " + ", ".join(f"{name} {value}" for name, value in self._facts() if value)
 
     def _repr_html_(self) -> str:
-        from html import escape
-
-        return f"<pre>{escape(str(self))}</pre>"
+        return facts_html(self.stack, self._facts())
 
     def plot(self, ax: Axes | None = None, *, title: str | None = None, theme: str | None = None) -> Axes:
         """What red, green and blue see, over wavelength.
