@@ -68,6 +68,10 @@ def main() -> None:
         code = lost(error)
     with contextlib.suppress(OSError):
         sys.stderr.flush()
+    if code == INTERRUPTED:
+        # Python remembers that Ctrl-C ended code given as a string (named tuples and data classes are made of such), and
+        # `python -m` then dies of the signal, whatever code it is asked for. It forgets when it runs the next string.
+        exec("")
     sys.exit(code)  # type: ignore[arg-type]
 
 

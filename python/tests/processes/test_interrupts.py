@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import signal
+import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -116,3 +118,16 @@ def test_ctrl_c_while_another_package_works() -> None:
     with pytest.raises(KeyboardInterrupt):
         heard(time.sleep, 5.0)
     assert time.perf_counter() - began < 3.0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_ctrl_c_in_code_that_is_made_of_a_string_leaves_with_the_code_of_all_others(tmp_path: Path) -> None:
+    # (What makes named tuples and data classes; a program that is run by its path never dies of the signal.)
+    (tmp_path / "interrupted.py").write_text(
+        "import iridesce as ir\nfrom iridesce.cli import main\n\n"
+        "def media(*arguments):\n    exec('raise KeyboardInterrupt')\n\nir.Medium = media\nmain()\n"
+    )
+    words = [sys.executable, "-m", "interrupted", "media", "soap"]
+    left = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert left.returncode == 130, left.stderr
+    assert left.stderr == "note: interrupted; files that were there before are as they were\n"
