@@ -166,6 +166,7 @@ def test_a_film_in_a_corner_of_the_spectrum_is_doubted() -> None:
 def test_a_spectrum_of_noise_alone_is_never_clear() -> None:
     """Percent of the dark end of a spectrometer: nothing but noise, of hundreds of per cent."""
     random = np.random.default_rng(3)
+    nm = NM[::2]
     for scale in (1.0, 9.3):
-        result = ir.fit_thickness(NM, scale * random.standard_normal(NM.size), "air / SiO2 ? / Si")
+        result = ir.fit_thickness(nm, scale * random.standard_normal(nm.size), "air / SiO2 ? / Si")
         assert result.verdict != "clear"
