@@ -115,16 +115,37 @@ def test_reciprocity(kind, roughness):
     if through:
         bent = np.degrees(np.arcsin(np.sin(np.radians(40.0)) / index))
         second = -towards(bent + 0.3 * tilt, 90.0 - 0.3 * turn)
+    factor = index**2 if through else 1.0
+    there_and_back(ground, first, second, 1.2 * least, lambda eye: factor if eye[1] < 0 else 1.0)
+
+
+def there_and_back(ground: Any, first: Any, second: Any, radius: float, factor: Any) -> None:
+    """L / cos of the lamp's angle both ways, with the ``factor`` of where the camera is; the lamp is a disk 40 away."""
     found = []
     for eye, light in ((first, second), (second, first)):
-        lamp = disk(list(40.0 * light), list(-light), 1.2 * least, emitter(1.0))
+        lamp = disk(list(40.0 * light), list(-light), radius, emitter(1.0))
         camera = view(list(5.0 * eye), [0.0] * 3, (16, 16), orthographic_height=0.01, up=[1.0, 0.0, 0.0])
         seen = shot(camera, [ground, lamp], [lit("D65", 0.0)], 48)[..., 1]
         mean, error = mean_and_error(seen)
-        found.append(np.array([mean, error]) / abs(light[1]) * (index**2 if through and eye[1] < 0 else 1.0))
+        found.append(np.array([mean, error]) / abs(light[1]) * factor(eye))
     (there, there_error), (back, back_error) = found
     assert there > 0 and there_error < 0.05 * there, "enough light to tell"
     assert abs(there - back) < 4.5 * np.hypot(there_error, back_error) + 2e-3 * there, found
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_matt_surface_is_reciprocal_and_hides_in_a_furnace(side):
+    """From its front and its back: it reflects to both."""
+    matt = diffuse(1.0)
+    ground = plane([0.0] * 3, [0.0, side, 0.0], matt)
+    for tilt, turn in ((20.0, 30.0), (75.0, 100.0)):
+        there_and_back(ground, towards(40.0, 90.0), towards(tilt, 270.0 - turn), 0.3, lambda eye: 1.0)
+    camera = view([0.0, 2.0, 4.0], [0.0] * 3, (24, 24), fov_deg=20.0)
+    for thing in (sphere([0.0] * 3, 1.0, matt), disk([0.0] * 3, [0, 0, side], 2.0, matt)):
+        white = shot(camera, [thing], [WHITE])
+        for channel, wanted in enumerate((0.95047, 1.0, 1.08883)):
+            mean, error = mean_and_error(white[..., channel])
+            assert error < 1e-3 and abs(mean - wanted) < 1e-3, (channel, mean, error)
 
 
 # ---- what a rough film passes -----------------------------------------------------------------------------------------
@@ -175,6 +196,38 @@ def test_a_rough_film_passes_the_mean_over_the_facets_seen(angle_deg, seen_by):
         seen = shot(camera, [floor, sheet, lamp], dark, 64)[..., 1] / bare
     mean, error = mean_and_error(seen)
     assert mean == pytest.approx(expected, abs=4 * error + 2e-3), (mean, error, expected)
+
+
+@pytest.mark.parametrize("thickness_nm", [40_000.0, 40_075.0, 40_175.0])
+def test_a_lobe_that_spans_many_fringes_shows_their_mean_over_its_facets(thickness_nm):
+    """40 um in the light of one line at 40 degrees: a smooth film shows one place of a fringe, facets of alpha 0.09 a dozen.
+
+    Facets are drawn at random; their mean is that of the exact film over all that are seen, here by quadrature.
+    """
+    index, roughness, nm = 1.5, 0.3, 550.0
+    angle = np.radians(40.0)
+    eye = np.array([np.sin(angle), 0.0, np.cos(angle)])
+    h, share = seen_normals(roughness**2, eye, 1000)
+    cosine = np.clip(h @ eye, 0.0, 1.0)
+    stack = ir.Stack(["air", ir.Layer(index, thickness_nm), "air"])
+    grid = np.linspace(0.0, 89.99, 40_000)
+    expected = float(np.interp(np.degrees(np.arccos(cosine)), grid, stack.transmittance(nm, grid)) @ share)
+    orders = 2.0 * thickness_nm / nm * np.sqrt(index**2 - 1.0 + np.quantile(cosine, [0.05, 0.95]) ** 2)
+    assert np.ptp(orders) > 10
+    lamp = disk(list(-40.0 * eye), list(eye), 0.5, emitter(1.0, f"lines:{nm}*1"))
+    camera = view(list(5.0 * eye), [0.0] * 3, (24, 24), orthographic_height=0.2)
+
+    def seen(*surfaces: Any) -> Any:
+        sheets = [disk([0.0] * 3, [0, 0, 1], 3.0, surface) for surface in surfaces]
+        return shot(camera, [*sheets, lamp], [lit("D65", 0.0)], 64)[..., 1]
+
+    bare = seen().mean()
+    mean, error = mean_and_error(seen(rough(film(index, thickness_nm), roughness)) / bare)
+    # (What a second facet passes is less than 2e-3.)
+    assert error < 1e-3 and mean == pytest.approx(expected, abs=4.0 * error + 2e-3), (mean, error, expected)
+    smooth = seen(film(index, thickness_nm)).mean() / bare
+    assert smooth == pytest.approx(float(stack.transmittance(nm, 40.0)), abs=2e-3)
+    assert abs(smooth - expected) > 0.02, "one facet alone would show another"
 
 
 # ---- against another renderer -----------------------------------------------------------------------------------------
