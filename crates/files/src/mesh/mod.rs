@@ -8,6 +8,7 @@ mod gltf_numbers;
 mod obj_file;
 mod ply_body;
 mod ply_file;
+mod ply_words;
 mod topology;
 mod triangles;
 

@@ -12,6 +12,15 @@ const OPTIONS: LoadOptions =
     LoadOptions { single_index: true, triangulate: true, ignore_points: true, ignore_lines: true };
 
 pub fn read(bytes: &[u8]) -> Result<Mesh, String> {
+    if let Some(at) = bytes.iter().position(|&byte| byte == 0) {
+        let line = bytes[..at].iter().filter(|&&byte| byte == b'\n').count() + 1;
+        return Err(format!(
+            "it is no OBJ file that can be read: line {line} holds a zero, byte {at} of the file; an OBJ file is text (ASCII or UTF-8)"
+        ));
+    }
+    // Names and comments may be in any encoding; none of them counts here.
+    let text = String::from_utf8_lossy(bytes);
+    let bytes = text.as_bytes();
     // A file's own materials are left out: a scene says what a surface is made of.
     let (models, _) = tobj::load_obj_buf(&mut BufReader::new(bytes), &OPTIONS, |_| Err(LoadError::OpenFileFailed))
         .map_err(|error| format!("it is no OBJ file that can be read: {}", told(error, bytes)))?;
@@ -61,6 +70,7 @@ fn told(error: LoadError, bytes: &[u8]) -> String {
         LoadError::PositionParseError => no_numbers(bytes, b"v"),
         LoadError::TexcoordParseError => no_numbers(bytes, b"vt"),
         LoadError::NormalParseError => no_numbers(bytes, b"vn"),
+        LoadError::FaceParseError | LoadError::InvalidPolygon => no_corner(bytes),
         _ => None,
     };
     found.unwrap_or_else(|| error.to_string())
@@ -104,6 +114,18 @@ fn no_numbers(bytes: &[u8], kind: &[u8]) -> Option<String> {
             }
             None => None,
         }
+    })
+}
+
+/// The first corner of a face that is none.
+fn no_corner(bytes: &[u8]) -> Option<String> {
+    lines_of(bytes, b"f").find_map(|(line, words)| {
+        let is_corner = |word: &&&[u8]| {
+            word.split(|&byte| byte == b'/').all(|part| part.is_empty() || parsed::<i64>(part).is_some())
+        };
+        let bad = words[1..].iter().find(|word| !is_corner(word))?;
+        let word = quoted(&String::from_utf8_lossy(bad));
+        Some(format!("line {line}: {word} is no corner of a face: whole numbers are, as 3, 3/1 or 3/1/2"))
     })
 }
 

@@ -6,6 +6,7 @@ use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
 
 use super::ply_body::{self, Role, is_corners};
+use super::ply_words::wrong;
 use super::triangles::{MAX_TRIANGLES, Mesh};
 
 /// A vertex or a face: each element of a file becomes one of these, whatever else it carries.
@@ -96,22 +97,15 @@ fn has_any(element: &ElementDef, names: &[&str]) -> bool {
     names.iter().any(|name| element.properties.contains_key(*name))
 }
 
-/// The parser tells the line and what it missed; then, indented, the file's own bytes and its grammar.
-fn wrong(error: &dyn std::fmt::Display) -> String {
-    let words = error.to_string();
-    let told: String = words.lines().next().unwrap_or_default().chars().filter(|c| !c.is_control()).collect();
-    format!("it is no PLY file that can be read: {}", told.trim_end_matches('.'))
-}
-
 pub fn header(bytes: &[u8]) -> Result<Header, String> {
     let mut reader = Reader::new(BufReader::new(bytes));
-    Parser::<Element>::new().read_header(&mut reader).map_err(|error| wrong(&error))
+    Parser::<Element>::new().read_header(&mut reader).map_err(|error| wrong(&error, bytes))
 }
 
 pub fn read_by_library(bytes: &[u8]) -> Result<Mesh, String> {
     let parser = Parser::<Element>::new();
     let mut reader = Reader::new(BufReader::new(bytes));
-    let header = parser.read_header(&mut reader).map_err(|error| wrong(&error))?;
+    let header = parser.read_header(&mut reader).map_err(|error| wrong(&error, bytes))?;
     let mut mesh = Mesh::default();
     let mut has = [false; 4];
     for (name, definition) in &header.elements {
@@ -124,7 +118,7 @@ pub fn read_by_library(bytes: &[u8]) -> Result<Mesh, String> {
             ));
         }
         let elements =
-            parser.read_payload_for_element(&mut reader, definition, &header).map_err(|error| wrong(&error))?;
+            parser.read_payload_for_element(&mut reader, definition, &header).map_err(|error| wrong(&error, bytes))?;
         let knows = |names: &[&str]| has_any(definition, names);
         match name.as_str() {
             "vertex" => {
@@ -144,7 +138,12 @@ pub fn read_by_library(bytes: &[u8]) -> Result<Mesh, String> {
                 mesh.uv = has[1].then(|| elements.iter().map(|vertex| vertex.uv).collect());
                 mesh.thickness_nm = has[2].then(|| elements.iter().map(|vertex| vertex.thickness_nm).collect());
             }
-            "face" => triangulate(&elements, &mut mesh)?,
+            "face" => {
+                if definition.count > 0 && !definition.properties.keys().any(|name| is_corners(name)) {
+                    return Err("its faces have no property vertex_indices (or vertex_index), a list of corners".into());
+                }
+                triangulate(&elements, &mut mesh)?;
+            }
             _ => mesh.notes.push(format!("its elements \"{name}\" are left out")),
         }
     }

@@ -196,7 +196,7 @@ fn what_a_file_gets_wrong_is_named() {
         (
             ply("", "").replace("ascii 1.0", "ascii 1ii").into_bytes(),
             MeshFormat::Ply,
-            "no PLY file that can be read: Line 2: Couldn't parse line",
+            "no PLY file that can be read: line 2 is \"format ascii 1ii\"; a format is ascii, binary_little_endian or",
         ),
         (ply("", "").replace("3 0 2 1", "2 0 2").into_bytes(), MeshFormat::Ply, "face 0 has 2 corners"),
         (
@@ -237,6 +237,42 @@ fn what_the_library_would_panic_at_is_named() {
         let told = decode(changed.as_bytes(), MeshFormat::Gltf).unwrap_err();
         assert!(told.contains(words), "{told}");
     }
+}
+
+#[test]
+fn the_line_of_a_bad_header_or_text_is_quoted_with_what_is_allowed() {
+    let changed = |from: &str, to: &str| {
+        let bytes = ply("", "").replacen(from, to, 1).into_bytes();
+        decode(&bytes, MeshFormat::Ply).unwrap_err()
+    };
+    for (from, to, words) in [
+        ("ply\n", "plx\n", "line 1 is \"plx\"; the first line of a PLY file is ply"),
+        (
+            "element vertex 4",
+            "element vertex four",
+            "line 3 is \"element vertex four\"; an element is a name and how many",
+        ),
+        ("element vertex 4", "element vertex -4", "line 3 is \"element vertex -4\"; an element is a name and how many"),
+        ("property double x", "property real x", "line 4 is \"property real x\"; a property is a type and a name"),
+        ("element face", "elem face", "line 7 is \"elem face 4\"; a header has the lines format, element"),
+        ("end_header\n", "", "line 9 is \"0 0 0\"; a header has the lines"),
+        ("vertex_indices", "corners", "its faces have no property vertex_indices"),
+        ("\n1 0 0\n", "\n1 zero 0\n", "line 11, \"1 zero 0\", does not hold the numbers that the header says"),
+    ] {
+        let told = changed(from, to);
+        assert!(told.contains(words), "{told}");
+    }
+    let headless = decode(b"ply\nformat ascii 1.0\n\xff\xfe\n", MeshFormat::Ply).unwrap_err();
+    assert!(headless.contains("line 3 is \"\u{fffd}\u{fffd}\"; a header has the lines"), "{headless}");
+
+    let faces =
+        |corner: &str| decode(format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 {corner} 3\n").as_bytes(), MeshFormat::Obj);
+    assert!(faces("two").unwrap_err().contains("line 4: \"two\" is no corner of a face: whole numbers are, as 3, 3/1"));
+    let binary = decode(b"v 0 0 0\nv 1 0 0\nv \x00", MeshFormat::Obj).unwrap_err();
+    assert!(binary.contains("line 3 holds a zero, byte 18 of the file; an OBJ file is text"), "{binary}");
+    // Names in Latin-1 do no harm.
+    let named = [b"o f\xfcnf\n".as_slice(), obj().as_bytes()].concat();
+    assert_eq!(decode(&named, MeshFormat::Obj).unwrap().triangles.len(), 4);
 }
 
 /// Every mutation of small seeds is refused in words or read; none may panic, hang or take memory.
