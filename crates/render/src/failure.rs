@@ -32,10 +32,12 @@ pub fn describe(scene: &Prepared, failure: PathFailure) -> RenderError {
                 _ => ("", "is left from"),
             };
             let key = format!("object.{name}.surface{}{key}", if key.is_empty() { "" } else { "." });
+            // Where a body fills the place, two of them overlap, or a film pokes into one.
+            let ranks = if is_in == SURROUNDING { "" } else { "; of bodies that overlap give one the higher priority" };
             RenderError::Scene {
                 message: format!(
                     "{key}: a ray comes to object \"{name}\", which {why} {}, in {}; close the body that the medium fills, \
-                         or let the object lie in the medium around it",
+                         or let the object lie in the medium around it{ranks}",
                     medium(expected),
                     medium(is_in)
                 ),

@@ -222,17 +222,22 @@ pub fn materials<'a>(scene: &'a ResolvedScene, media: &mut Media) -> Result<Mate
     for (object, described) in scene.recipe.objects.iter().enumerate() {
         let thicknesses = scene.layers(object);
         let rough = RoughSurface::new(scene.roughness(object), described);
-        let mut coated = |layers: Vec<LayerSurface>, of: Vec<&'a Medium>, substrate: &Medium, is_metal, rough| {
-            let substrate = number_of(media, substrate, described.priority)?;
-            all.coatings.push(of);
-            Ok::<_, RenderError>(Material::Coating(CoatedSurface {
-                number: all.coatings.len() - 1,
-                layers,
-                substrate,
-                is_opaque: is_metal || media.is_opaque(substrate),
-                rough,
-            }))
-        };
+        let mut coated =
+            |mut layers: Vec<LayerSurface>, mut of: Vec<&'a Medium>, substrate: &Medium, is_metal, rough| {
+                if let Some((film, thickness)) = scene.film_on_face(object) {
+                    layers.insert(0, LayerSurface::new(thickness, &film.medium, &described.shape)?);
+                    of.insert(0, &film.medium);
+                }
+                let substrate = number_of(media, substrate, described.priority)?;
+                all.coatings.push(of);
+                Ok::<_, RenderError>(Material::Coating(CoatedSurface {
+                    number: all.coatings.len() - 1,
+                    layers,
+                    substrate,
+                    is_opaque: is_metal || media.is_opaque(substrate),
+                    rough,
+                }))
+            };
         let material = match &described.surface {
             Surface::Film(film) => {
                 let outside = number_of(media, &film.outside, 0)?;

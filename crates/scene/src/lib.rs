@@ -13,6 +13,7 @@ mod check;
 mod context;
 mod edit;
 mod error;
+mod faces;
 mod field;
 mod files;
 mod films;

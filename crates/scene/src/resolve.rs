@@ -1,5 +1,6 @@
 //! From the recipe to a scene that can be looked at: maps are read, films flow. The one step of this crate that takes time.
 
+use std::collections::HashMap;
 use std::fmt;
 use std::sync::Arc;
 
@@ -12,11 +13,14 @@ use iridesce_thickness::{FlowField, ThicknessError, ThicknessModel};
 use crate::affine::Affine;
 use crate::bodies::Bodies;
 use crate::error::{ResolveError, SceneError};
+use crate::faces::films_on_faces;
 use crate::field::{Ground, ThicknessField};
 use crate::files::Maps;
 use crate::films::stored;
 use crate::heights::Heights;
-use crate::model::{EnvironmentSource, Light, MapFile, Object, Reflectance, Roughness, Scene, Sun, Surface, Thickness};
+use crate::model::{
+    EnvironmentSource, Film, Light, MapFile, Object, Reflectance, Roughness, Scene, Sun, Surface, Thickness,
+};
 use crate::schema::MAX_THICKNESS_NM;
 use crate::sky::sky;
 use crate::studio::studio;
@@ -78,6 +82,8 @@ pub struct ResolvedScene {
     placements: Vec<Arc<[Affine]>>,
     /// Heights of bumps, by object.
     bumps: Vec<Option<Heights>>,
+    /// Films that are layers of another object's face, by that object.
+    on_faces: HashMap<usize, usize>,
     /// What was left out of files, a sentence each.
     pub notes: Vec<String>,
 }
@@ -95,7 +101,8 @@ impl ResolvedScene {
         self.meshes[object].as_ref()
     }
 
-    /// Where an object is put: from the space of its shape to the world, once for each instance.
+    /// Where an object is put: from the space of its shape to the world, once for each instance. Nowhere, if it is a film on the
+    /// face of another object.
     pub fn placements(&self, object: usize) -> &[Affine] {
         &self.placements[object]
     }
@@ -109,6 +116,15 @@ impl ResolvedScene {
     /// other surfaces.
     pub fn layers(&self, object: usize) -> &[ThicknessField] {
         &self.layers[object]
+    }
+
+    /// The film that lies on the face of an object, and its thickness: one layer more outside all of the object's own.
+    pub fn film_on_face(&self, object: usize) -> Option<(&Film, &ThicknessField)> {
+        let film = *self.on_faces.get(&object)?;
+        match &self.recipe.objects[film].surface {
+            Surface::Film(layer) => Some((layer, self.layers[film].first()?)),
+            _ => None,
+        }
     }
 
     /// The map of an object's roughness, if it has one.
@@ -197,9 +213,14 @@ impl Reader<'_> {
         self.flow(&bodies, &flowing, &mut layers)?;
         let layers: Vec<Vec<ThicknessField>> =
             layers.into_iter().map(|fields| fields.into_iter().flatten().collect()).collect();
-        self.check_totals(&layers)?;
-        let Bodies { meshes, placements, bumps, notes } = bodies;
-        Ok(ResolvedScene { recipe: scene.clone(), environments, layers, files, meshes, placements, bumps, notes })
+        let on_faces = films_on_faces(&scene.objects).into_iter().map(|lies| (lies.body, lies.film)).collect();
+        self.check_totals(&layers, &on_faces)?;
+        let Bodies { meshes, mut placements, bumps, notes } = bodies;
+        for film in on_faces.values() {
+            placements[*film] = Arc::new([]);
+        }
+        let recipe = scene.clone();
+        Ok(ResolvedScene { recipe, environments, layers, files, meshes, placements, bumps, on_faces, notes })
     }
 
     fn in_file(self, error: SceneError) -> SceneError {
@@ -344,9 +365,10 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn check_totals(self, layers: &[Vec<ThicknessField>]) -> Result<(), SceneError> {
-        for (object, fields) in self.scene.objects.iter().zip(layers) {
-            let total_nm: f64 = fields.iter().map(ThicknessField::max_nm).sum();
+    fn check_totals(self, layers: &[Vec<ThicknessField>], on_faces: &HashMap<usize, usize>) -> Result<(), SceneError> {
+        for (number, (object, fields)) in self.scene.objects.iter().zip(layers).enumerate() {
+            let film = on_faces.get(&number).map(|film| &layers[*film]);
+            let total_nm: f64 = fields.iter().chain(film.into_iter().flatten()).map(ThicknessField::max_nm).sum();
             if total_nm > MAX_THICKNESS_NM {
                 let key = format!("object.{}.surface.coating.layers", object.name);
                 let message = format!("{key} must be at most 1e7 nm thick in all, got {total_nm:?}");

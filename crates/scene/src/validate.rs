@@ -8,10 +8,11 @@ use iridesce_optics::{Complex64, Medium};
 use crate::check::{Checker, list_of, object_path};
 use crate::context::Reading;
 use crate::error::SceneError;
+use crate::faces::check_faces;
 use crate::lights::light;
 use crate::model::{Camera, Lens, Light, Object, Origin, Projection, RenderSettings, Scene, Surface, Unit};
 use crate::objects::object;
-use crate::reader::{Table, as_numbers, as_whole, wrong};
+use crate::reader::{Table, as_numbers, as_whole, join, wrong};
 use crate::schema::{self, Default, Takes};
 use crate::tree::{Node, Value};
 
@@ -109,6 +110,11 @@ fn objects(root: &Table<'_>, reading: &Reading<'_>, checker: &mut Checker<'_>) -
     let (objects, trees): (Vec<Object>, Vec<Node>) = sound.into_iter().unzip();
     if objects.len() == items.len() {
         check_outsides(&objects, items, checker);
+        check_faces(&objects, |film, keys, message| {
+            let given = keys.iter().try_fold(&items[film], |node, key| node.get(key)).unwrap_or(&items[film]);
+            let path = keys.iter().fold(format!("object.{}", objects[film].name), |path, key| join(&path, key));
+            checker.complain(SceneError::new(message).at(path, given.line));
+        });
     }
     (objects, trees)
 }

@@ -375,3 +375,22 @@ def test_a_part_is_named_in_the_scene_language(scene: ir.Scene, tmp_path: Path) 
     (tmp_path / "part.json").write_text(json.dumps(tree))
     with pytest.raises(ir.SceneError, match=r"/meshes/M.*M below"):
         ir.render(ir.Scene.load(tmp_path / "part.json"), samples=1, size=(8, 8))
+
+
+@pytest.mark.parametrize("to", ["mitsuba", "gltf", "usd"])
+def test_a_film_on_the_face_of_a_body_goes_out_as_its_coating(to: str, tmp_path: Path) -> None:
+    ball: dict[str, Any] = {"name": "ball", "shape": {"sphere": {"radius": 1.0}}}
+    layer = {"medium": "MgF2", "thickness_nm": 120.0}
+    coating = {"coating": {"layers": [layer], "substrate": "N-BK7"}}
+    wanted = [{**ball, "surface": coating}]
+    given = [
+        {**ball, "name": "skin", "surface": {"film": layer}},
+        {**ball, "surface": {"dielectric": {"medium": "N-BK7"}}},
+    ]
+    reports = []
+    for name, objects in (("given", given), ("wanted", wanted)):
+        scene = {"version": 1, "camera": {}, "object": objects, "light": [{"environment": {"builtin": "studio"}}]}
+        reports.append(ir.export(scene, to, tmp_path / name))
+    assert [path.name for path in reports[0].files] == [path.name for path in reports[1].files]
+    for mine, theirs in zip(reports[0].files, reports[1].files, strict=True):
+        assert mine.read_bytes() == theirs.read_bytes(), mine.name

@@ -223,6 +223,9 @@ impl Geometry {
             None => self.shapes[object].bounds()?,
             Some(tree) => {
                 let parts = tree.parts_of(object as u32);
+                if parts.is_empty() {
+                    return None;
+                }
                 parts.map(|part| tree.bounds(part)).try_fold(Bounds::EMPTY, |all, own| Some(all.union(&own?)))?
             }
         };
