@@ -31,6 +31,7 @@ mod resolve;
 mod schema;
 mod schema_text;
 mod shape;
+mod shut_in;
 mod sky;
 mod studio;
 mod surfaces;

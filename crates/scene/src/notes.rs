@@ -3,6 +3,7 @@
 use iridesce_optics::Medium;
 
 use crate::model::{Light, Object, Roughness, Scene, Shape, Surface};
+use crate::shut_in::shut_in_lights;
 
 /// Least k of a medium that the renderer takes as opaque wherever it fills space: e^-1 within 50 um.
 const OPAQUE_K: f64 = 1e-3;
@@ -10,7 +11,9 @@ const OPAQUE_K: f64 = 1e-3;
 impl Scene {
     /// One sentence each.
     pub fn notes(&self) -> Vec<String> {
-        self.dark_lights().into_iter().chain(self.open_bodies()).chain(self.films_that_meet()).collect()
+        (self.dark_lights().into_iter().chain(self.open_bodies()).chain(self.films_that_meet()))
+            .chain(shut_in_lights(self))
+            .collect()
     }
 
     /// That nothing of the scene shows its lights.

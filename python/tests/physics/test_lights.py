@@ -210,3 +210,54 @@ def test_lights_that_are_refused(light, key):
 def test_a_scene_that_nothing_can_light_is_told():
     with pytest.warns(UserWarning, match="no size"):
         ir.render(build([sphere([0, 0, 0], 1.0, dielectric(1.5))], look_at(), [directional([0, 1, 0])], samples=1))
+
+
+SHELL = sphere([0, 0, 0], 1.0, diffuse(0.5)) | {"name": "shell"}
+CAN = {"cylinder": {"radius": 1.0, "height": 2.0, "open": False}}
+
+
+@pytest.mark.parametrize(
+    ("objects", "lights", "position", "words"),
+    [
+        ([SHELL], [point([0.1, 0, 0])], [0, 0, 5], 'light.0.point.position lies inside object "shell"'),
+        ([SHELL], [DARK, spot([0.1, 0, 0])], [0, 0, 5], 'light.1.spot.position lies inside object "shell"'),
+        (
+            [SHELL, sphere([0.1, 0, 0], 0.2, emitter(1.0)) | {"name": "lamp"}],
+            [WHITE],
+            [0, 0, 5],
+            'object "lamp" glows inside',
+        ),
+        ([{**SHELL, "shape": CAN}], [point([0, 0.9, 0])], [0, 0, 5], "light.0.point.position lies inside"),
+        (
+            [{**SHELL, "transform": {"translate": [9, 0, 0]}}],
+            [point([9, 0, 0.5])],
+            [0, 0, 5],
+            "light.0.point.position lies inside",
+        ),
+        ([{**SHELL, "instances": [{}, {"translate": [9, 0, 0]}]}], [point([9, 0, 0.5])], [0, 0, 5], "lies inside"),
+        ([SHELL], [WHITE], [0, 0.5, 0.5], 'camera.position lies inside object "shell"'),
+    ],
+)
+def test_a_light_that_a_matt_shell_shuts_in_is_told(objects, lights, position, words):
+    scene = build(objects, view(position, [0, 0, 0], (2, 2), orthographic_height=0.1), lights, samples=1)
+    with pytest.warns(UserWarning, match="closed and matt") as told:
+        picture = ir.render(scene)
+    assert any(words in str(warning.message) for warning in told), [str(warning.message) for warning in told]
+    assert "camera" not in words or picture.xyz.max() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("objects", "lights", "position"),
+    [
+        ([SHELL], [point([0, 0, 1.1])], [0, 0, 5]),
+        ([SHELL], [point([0, 0, 0])], [0, 0.5, 0.5]),
+        ([SHELL, sphere([0, 0, 0], 0.2, emitter(1.0))], [DARK], [0, 0.5, 0.5]),
+        ([SHELL, sphere([0, 0, 1.0], 0.2, emitter(1.0))], [DARK], [0, 0, 5]),
+        ([{**SHELL, "shape": {"cylinder": {"radius": 1.0, "height": 2.0}}}], [point([0, 0, 0])], [0, 0, 5]),
+        ([{**SHELL, "surface": film("soap", 300.0)}, FLOOR], [point([0, 0.5, 0])], [0, 0, 5]),
+    ],
+)
+@pytest.mark.filterwarnings("error")
+def test_a_light_that_is_seen_is_not_told_of(objects, lights, position):
+    scene = build(objects, view(position, [0, 0.1, 0], (2, 2), orthographic_height=0.1), lights, samples=1)
+    ir.render(scene)
