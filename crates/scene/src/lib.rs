@@ -34,6 +34,7 @@ mod shape;
 mod shut_in;
 mod sky;
 mod studio;
+mod surface_files;
 mod surfaces;
 mod texture;
 mod thickness;

@@ -18,12 +18,11 @@ use crate::field::{Ground, ThicknessField};
 use crate::files::Maps;
 use crate::films::stored;
 use crate::heights::Heights;
-use crate::model::{
-    EnvironmentSource, Film, Light, MapFile, Object, Reflectance, Roughness, Scene, Sun, Surface, Thickness,
-};
+use crate::model::{EnvironmentSource, Film, Light, MapFile, Object, Scene, Sun, Surface, Thickness};
 use crate::schema::MAX_THICKNESS_NM;
 use crate::sky::sky;
 use crate::studio::studio;
+use crate::surface_files::{SurfaceFiles, read_surface_files, surface_files};
 use crate::texture::{ResolvedReflectance, Texture};
 use crate::thickness::too_thick;
 
@@ -86,13 +85,6 @@ pub struct ResolvedScene {
     on_faces: HashMap<usize, usize>,
     /// What was left out of files, a sentence each.
     pub notes: Vec<String>,
-}
-
-/// What the files of a surface say, where it has any.
-#[derive(Debug, Clone, Default)]
-struct SurfaceFiles {
-    roughness: Option<Texture>,
-    reflectance: Option<ResolvedReflectance>,
 }
 
 impl ResolvedScene {
@@ -207,7 +199,7 @@ impl Reader<'_> {
         }
         let mut files = Vec::new();
         for (object, mesh) in scene.objects.iter().zip(&bodies.meshes) {
-            files.push(read_surface_files(scene, object, mesh.as_deref(), self.context, watch)?);
+            files.push(read_surface_files(scene, object, mesh.as_deref(), &self.context.maps, watch)?);
         }
         // After all that is quick: a map that cannot be used is told before anything flows.
         self.flow(&bodies, &flowing, &mut layers)?;
@@ -377,75 +369,6 @@ impl Reader<'_> {
         }
         Ok(())
     }
-}
-
-/// What stands in files of an object's surface, thicknesses aside.
-fn surface_files(object: &Object) -> impl Iterator<Item = &MapFile> {
-    let roughness = match &object.roughness {
-        Roughness::Map { file, .. } => Some(file),
-        Roughness::Uniform(_) => None,
-    };
-    let reflectance = match &object.surface {
-        Surface::Diffuse(Reflectance::Map(file) | Reflectance::Spectrum(file)) => Some(file),
-        _ => None,
-    };
-    roughness.into_iter().chain(reflectance)
-}
-
-fn read_surface_files(
-    scene: &Scene,
-    object: &Object,
-    mesh: Option<&Mesh>,
-    context: &Context,
-    watch: &Watch,
-) -> Result<SurfaceFiles, ResolveError> {
-    let mut files = SurfaceFiles::default();
-    let at = |error: SceneError, key: &str| {
-        let key = format!("object.{}.surface.{key}", object.name);
-        error.at(&key, scene.line_of(&key)).in_file(scene.origin.file.as_deref())
-    };
-    if let Some(Mesh { uv: None, .. }) = mesh {
-        let kind = object.surface.kind();
-        let asked = match (&object.roughness, &object.surface) {
-            (Roughness::Map { .. }, _) => Some((format!("{kind}.roughness"), "be a map")),
-            (Roughness::Uniform([u, v]), _) if u != v => Some((format!("{kind}.roughness"), "differ along u and v")),
-            (_, Surface::Diffuse(Reflectance::Map(_))) => Some(("diffuse.reflectance".to_owned(), "be a map")),
-            _ => None,
-        };
-        if let Some((key, what)) = asked {
-            let message = format!(
-                "object.{}.surface.{key} cannot {what} on this mesh, whose file has no texture coordinates",
-                object.name
-            );
-            return Err(at(SceneError::new(message), &key).into());
-        }
-    }
-    if let Roughness::Map { file, min, max } = &object.roughness {
-        let planes = context.maps.roughness(file, *min, *max, watch);
-        watch.check()?;
-        let kind = object.surface.kind();
-        let planes = planes.map_err(|e| at(e, &format!("{kind}.roughness.map")))?;
-        watch.add(1);
-        files.roughness = Some(Texture::new(planes, object));
-    }
-    match &object.surface {
-        Surface::Diffuse(Reflectance::Map(file)) => {
-            let planes = context.maps.reflectance(file, watch);
-            watch.check()?;
-            let planes = planes.map_err(|e| at(e, "diffuse.reflectance.map"))?;
-            watch.add(1);
-            files.reflectance = Some(ResolvedReflectance::Map(Texture::new(planes, object)));
-        }
-        Surface::Diffuse(Reflectance::Spectrum(file)) => {
-            let table = context.maps.spectrum(file, watch);
-            watch.check()?;
-            let table = table.map_err(|e| at(e, "diffuse.reflectance.spectrum"))?;
-            watch.add(1);
-            files.reflectance = Some(ResolvedReflectance::Spectrum(table));
-        }
-        _ => {}
-    }
-    Ok(files)
 }
 
 /// Films that have to flow, and where they lie: object and layer.
