@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import subprocess
@@ -49,6 +50,12 @@ def iridesce(tmp_path: Path) -> Run:
         return finished
 
     return run
+
+
+def pytest_collection_finish() -> None:
+    """What was imported until here stays: collectors of garbage need not walk it, 0.25 s of processor time each."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_configure(config: pytest.Config) -> None:
