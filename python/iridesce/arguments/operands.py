@@ -58,8 +58,8 @@ def real_operand(
     refuse_masks(name, value)
     try:
         array = np.asarray(value)
-    except (ValueError, TypeError, OverflowError) as error:
-        raise refusal(name, "a number or an array of numbers", value, f"({error})") from None
+    except (ValueError, TypeError, OverflowError):
+        raise refusal(name, "a number or an array of numbers", value) from None
     if array.dtype.kind not in "iuf":
         raise refusal(name, "real numbers", Words(f"{short(value)} of type {array.dtype}"))
     if array.size == 0:

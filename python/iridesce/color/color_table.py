@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from iridesce import _core
 from iridesce._progress import Tell, Told, check_progress, watched
 from iridesce.arguments.operands import Floats, Operand, broadcast_shape, checked_out, new_array, place, real_operand
-from iridesce.arguments.refusals import Words, complaint, refusal
+from iridesce.arguments.refusals import Words, complaint, refusal, short
 from iridesce.arguments.scalars import checked_threads, file_name, one_of
 from iridesce.color.light import Illuminant
 from iridesce.color.light import illuminant as named_illuminant
@@ -476,7 +476,7 @@ def _varying_layer(stack: Multilayer, layer: object) -> int:
     count = len(stack.layers)
     if count == 0:
         raise complaint(
-            f"a colour table needs a stack with a layer, got {stack!r}", "stack", "a stack with a layer", stack
+            f"a colour table needs a stack with a layer, got {short(stack)}", "stack", "a stack with a layer", stack
         )
     many = [number for number, one in enumerate(stack.layers) if one._thickness.values.size > 1]
     if layer is None:

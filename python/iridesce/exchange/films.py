@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from iridesce import color
 from iridesce.arguments.operands import Floats, real_operand
-from iridesce.arguments.refusals import Words, complaint, refusal, within
+from iridesce.arguments.refusals import Words, complaint, refusal, short, within
 from iridesce.exchange.appearance import Roughness
 from iridesce.optics.stack_text import parse_items
 from iridesce.stack import Layer, Stack
@@ -100,7 +100,10 @@ class Film:
         """What a table spans: the film's range, or for a film of one thickness 0 to twice that, to 2000 nm at least."""
         if self.layer is None:
             raise complaint(
-                f"a table needs a stack with a layer, got {self.stack!r}", "stack", "a stack with a layer", self.stack
+                f"a table needs a stack with a layer, got {short(self.stack)}",
+                "stack",
+                "a stack with a layer",
+                self.stack,
             )
         return self.range_nm if self.varies else (TABLE_NM[0], max(TABLE_NM[1], 2.0 * self.range_nm[1]))
 
@@ -221,7 +224,7 @@ def _varying(stack: Stack, layer: int | None, must: bool) -> int | None:
     if count == 0:
         if must:
             raise complaint(
-                f"a thickness that varies needs a stack with a layer, got {stack!r}",
+                f"a thickness that varies needs a stack with a layer, got {short(stack)}",
                 "stack",
                 "a stack with a layer",
                 stack,

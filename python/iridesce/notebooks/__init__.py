@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from iridesce.arguments.refusals import Words, complaint, refusal
+from iridesce.arguments.refusals import Words, complaint, refusal, short
 
 if TYPE_CHECKING:
     from iridesce.scene import Scene
@@ -51,7 +51,7 @@ def _subject(what: Stack | Scene | str, thickest_nm: float | None) -> tuple[str,
     if isinstance(what, Stack):
         if not what.layers:
             raise complaint(
-                f"a widget shows a layer that varies, and {what!r} has none",
+                f"a widget shows a layer that varies, and {short(what)} has none",
                 "what",
                 "a stack with a layer that varies",
                 what,

@@ -144,10 +144,10 @@ def _averaged(
     for place in range(count):
         if spreads[place] > 0.0 and not self.layers[place].coherent:
             raise complaint(
-                f"thickness_sd_nm of an incoherent slab must be 0 (layer {place + 1}); it has no phase",
+                f"thickness_sd_nm of an incoherent slab must be 0 (layer {place + 1}), got {spreads[place]:g}; it has no phase",
                 "thickness_sd_nm",
                 "0 for an incoherent slab",
-                Words("another number"),
+                float(spreads[place]),
                 f"for layer {place + 1}",
             )
     shape, arguments = self._arguments(wavelength_nm, angle_deg)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats, new_array, real_operand
-from iridesce.arguments.refusals import Words, complaint, refusal
+from iridesce.arguments.refusals import Words, complaint, refusal, short
 from iridesce.arguments.scalars import one_of
 from iridesce.optics.multilayer import Multilayer
 
@@ -98,7 +98,7 @@ def mueller(
     slabs = sum(not layer.coherent for layer in self.layers)
     if slabs > _core.MOST_SLABS:
         raise complaint(
-            f"the Mueller matrix of a stack takes at most {_core.MOST_SLABS} incoherent slabs, got {slabs} in {self!r}",
+            f"the Mueller matrix of a stack takes at most {_core.MOST_SLABS} incoherent slabs, got {slabs} in {short(self)}",
             "stack",
             f"one of at most {_core.MOST_SLABS} incoherent slabs",
             Words(slabs),

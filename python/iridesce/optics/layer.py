@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from iridesce.arguments.operands import Operand, real_operand
-from iridesce.arguments.refusals import Words, complaint, refusal
+from iridesce.arguments.refusals import Words, complaint, refusal, short
 from iridesce.optics.evaluation import medium_repr
 from iridesce.optics.graded import between, of_index, slices
 from iridesce.optics.medium import Medium, MediumLike, as_medium
@@ -92,7 +92,8 @@ class Layer(Fixed):
         if callable(first):
             if second is not None or profile is not None:
                 raise complaint(
-                    "first is a function of the depth: second and profile must be None",
+                    "first is a function of the depth: second and profile must be None, got "
+                    + " and ".join(map(short, (second, profile))),
                     "second" if second is not None else "profile",
                     "None where first is a function of the depth",
                     second if second is not None else profile,
@@ -101,7 +102,7 @@ class Layer(Fixed):
             return [cls(medium, nm) for medium, nm in made]
         if second is None:
             raise complaint(
-                "second must be a medium, unless first is a function of the depth in nm",
+                "second must be a medium, unless first is a function of the depth in nm, got None",
                 "second",
                 "a medium, unless first is a function of the depth in nm",
                 second,

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from iridesce import _core
 from iridesce.arguments.operands import Floats, Operand, broadcast_shape, checked_out, new_array, real_operand
-from iridesce.arguments.refusals import Words, complaint, refusal, within
+from iridesce.arguments.refusals import Words, complaint, refusal, short, within
 from iridesce.arguments.scalars import one_of
 from iridesce.optics.evaluation import check_ends, evaluate, index_at, medium_repr
 from iridesce.optics.layer import Fixed, Layer
@@ -53,7 +53,7 @@ class Multilayer(Fixed):
     def __init__(self, items: Iterable[MediumLike | Layer]) -> None:
         if isinstance(items, str | bytes):
             raise complaint(
-                f"a Stack takes a list, got {items!r}; Stack.parse reads text like {EXAMPLE}",
+                f"a Stack takes a list, got {short(items)}; Stack.parse reads text like {EXAMPLE}",
                 "stack",
                 "a list of media and layers",
                 items,
@@ -62,11 +62,14 @@ class Multilayer(Fixed):
             listed = list(items)
         except TypeError:
             raise complaint(
-                f"a Stack takes a list of media and layers, got {items!r}", "stack", "a list of media and layers", items
+                f"a Stack takes a list of media and layers, got {short(items)}",
+                "stack",
+                "a list of media and layers",
+                items,
             ) from None
         if len(listed) < 2:
             raise complaint(
-                f"a Stack needs a first and a last medium, got {items!r}",
+                f"a Stack needs a first and a last medium, got {short(items)}",
                 "stack",
                 "a list with a first and a last medium",
                 items,
@@ -450,7 +453,7 @@ class Multilayer(Fixed):
     def _must_be_one_film(self) -> None:
         if len(self.layers) != 1 or not self.layers[0].coherent:
             raise complaint(
-                f"the two-beam form takes exactly one layer, a coherent one, got {self!r}",
+                f"the two-beam form takes exactly one layer, a coherent one, got {short(self)}",
                 "stack",
                 "one of exactly one layer, a coherent one, for the two-beam form",
                 self,

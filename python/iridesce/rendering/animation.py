@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from iridesce import _core
-from iridesce.arguments.refusals import complaint
+from iridesce.arguments.refusals import refusal
 from iridesce.files.trees import from_toml
 from iridesce.files.whole import check_place, read_whole, write_whole
 from iridesce.image import Image
@@ -120,12 +120,7 @@ def camera_path(camera: dict[str, Any], seconds: float, turn_deg: float, file: P
     """
     zoom = "fov_deg" if "fov_deg" in camera else "orthographic_height"
     if not math.isfinite(turn_deg):
-        raise complaint(
-            f"the turn must be a finite number of degrees, got {turn_deg!r}",
-            "turn_deg",
-            "a finite number of degrees",
-            turn_deg,
-        )
+        raise refusal("turn_deg", "a finite number of degrees", turn_deg)
     own = {"position": camera["position"], "target": camera["target"], zoom: camera[zoom]}
     rows = [{"time_s": 0.0, **own}] if file is None else _read_keys(file, own, zoom)
     keys = tuple((float(row["time_s"]), (*row["position"], *row["target"], float(row[zoom]))) for row in rows)

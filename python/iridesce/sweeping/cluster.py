@@ -20,6 +20,7 @@ from typing import Any
 
 from iridesce import _core
 from iridesce.arguments.refusals import complaint, refusal
+from iridesce.errors import ArgumentError
 from iridesce.sweeping.needed import check_names, content, digests
 from iridesce.sweeping.points import Made, Task
 from iridesce.sweeping.store import Entry, Store, read_value
@@ -417,6 +418,11 @@ def _connected(distributed: Any, address: str) -> Iterator[Any]:
             client.close(timeout=3.0)
 
 
+def _no_address(address: str, problem: ValueError) -> ArgumentError:
+    allowed = 'an address such as "tcp://127.0.0.1:8786", or "local:N"'
+    return complaint(f"client must be {allowed}, got {address!r:.80} ({problem})", "client", allowed, address)
+
+
 _NOBODY = "no Dask scheduler answers at {} within {:g} s"
 
 
@@ -431,7 +437,7 @@ def _knock(address: str) -> None:
     try:
         parse_address(address if "://" in address else f"tcp://{address}")
     except ValueError as error:
-        raise complaint(f"client: no address {address!r:.80}: {error}", "client", "an address", address) from None
+        raise _no_address(address, error) from None
     found: list[BaseException | None] = []
 
     async def knock() -> None:
@@ -453,6 +459,6 @@ def _knock(address: str) -> None:
         thread.join(_PATIENCE_S)
     problem = found[0] if found else OSError()
     if isinstance(problem, ValueError):
-        raise complaint(f"client: no address {address!r:.80}: {problem}", "client", "an address", address) from None
+        raise _no_address(address, problem) from None
     if problem is not None:
         raise ConnectionError(_NOBODY.format(address, CONNECT_S)) from None

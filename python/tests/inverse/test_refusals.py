@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
 
 import iridesce as ir
-from iridesce.errors import ArgumentError
+from refused import Case, check
 
 NM = np.linspace(450.0, 700.0, 60)
 R = ir.Stack(["air", ir.Layer("soap", 320.0), "air"]).reflectance(NM)
@@ -21,8 +18,7 @@ WIDE = 0.6 * ((_Y - 40.0) ** 2 + (_X - 40.0) ** 2)
 LENS = ir.thickness.lens_gap(1000.0)
 learn = ir.CameraCalibration.from_known
 
-# What is called; its words, where they are not "argument must be allowed, got given place"; the four parts.
-CASES: list[tuple[Callable[[], Any], str | None, str, str, str, str]] = [
+CASES: list[Case] = [
     (lambda: ir.fit_thickness(NM, R, OPEN, probability=1.0), None, *("probability", "1.0", "> 0 and < 1", "")),
     (
         lambda: ir.fit_thickness(NM, R),
@@ -584,10 +580,5 @@ CASES: list[tuple[Callable[[], Any], str | None, str, str, str, str]] = [
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case[2]} {case[3]}"[:40])
-def test_a_refusal_has_its_parts_and_words(case: tuple[Callable[[], Any], str | None, str, str, str, str]) -> None:
-    call, words, argument, given, allowed, place = case
-    with pytest.raises(ArgumentError) as caught:
-        call()
-    error = caught.value
-    assert (error.argument, error.given, error.allowed, error.place) == (argument, given, allowed, place)
-    assert str(error) == (words or f"{argument} must be {allowed}, got {given}{' ' * bool(place)}{place}")
+def test_a_refusal_has_its_parts_and_words(case: Case) -> None:
+    check(case)
