@@ -23,7 +23,7 @@ from iridesce._picture_files import (
     xyz_of_file,
 )
 from iridesce.arguments.refusals import Words, complaint, refusal
-from iridesce.arguments.scalars import file_name, one_of
+from iridesce.arguments.scalars import MOST_STOPS, file_name, one_of
 from iridesce.errors import ArgumentError
 from iridesce.files.whole import read_whole
 
@@ -35,7 +35,6 @@ _Planes = dict[str, npt.NDArray[Any]]
 _EXTENSIONS = (".png", ".exr")
 _SPACES = ("srgb", "display-p3", "rec2020")
 _GAMUTS = ("hue", "clip")
-_MAX_STOPS = 64.0
 # Largest file that is read.
 _MOST_BYTES = 16 << 30
 
@@ -371,8 +370,8 @@ class Image:
             return float(_core.auto_exposure(self._xyz, self._planes["depth"]))
         number = isinstance(exposure, numbers.Real) and not isinstance(exposure, (bool, np.bool_))
         stops = float(exposure) if number else math.nan
-        if not -_MAX_STOPS <= stops <= _MAX_STOPS:
-            allowed = f'a number of stops from -{_MAX_STOPS:g} to {_MAX_STOPS:g} or "auto"'
+        if not -MOST_STOPS <= stops <= MOST_STOPS:
+            allowed = f'a number of stops from -{MOST_STOPS:g} to {MOST_STOPS:g} or "auto"'
             raise refusal("exposure", f"{allowed}", exposure)
         return stops
 

@@ -7,7 +7,9 @@ A new crate, package or top-level module needs one row here. The checkers take p
 from __future__ import annotations
 
 import ast
+import io
 import re
+import tokenize
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -269,3 +271,29 @@ def _home(
             return module
         path = [*onward, *rest[1:]]
     return None
+
+
+# --- numbers that have one home --------------------------------------------------------------------------------------
+
+
+def code_of(path: Path) -> str:
+    """A source's code, line by line: without comments, texts and, in Rust, the tests at its end."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".py":
+        return _python_code(text)
+    return without_tests(re.sub(r"/\*.*?\*/", lambda found: "\n" * found[0].count("\n"), text, flags=re.S))
+
+
+def _python_code(text: str) -> str:
+    lines: dict[int, list[str]] = {}
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type in (tokenize.NUMBER, tokenize.NAME, tokenize.OP):
+            lines.setdefault(token.start[0], []).append(token.string)
+    return "\n".join(" ".join(lines.get(number, [])) for number in range(1, max(lines, default=0) + 1))
+
+
+def ranges_spelled_out(code: str) -> list[str]:
+    """Lines with an end of the visible range (360 or 380 to 780 or 830 nm). 360 alone is an angle, but right behind nm."""
+    end = re.compile(r"(?<![\w.])(380|78[01]|83[01])(\.[05])?(?![\w.]*\d)")
+    start = re.compile(r"(nm|wavelength)\W{1,6}360(\.0)?(?![\w.]*\d)", re.IGNORECASE)
+    return [line for line in code.splitlines() if end.search(line) or start.search(line)]

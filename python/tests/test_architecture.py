@@ -18,10 +18,12 @@ from house import (
     MODULE_ORDER,
     PACKAGE_ORDER,
     circles,
+    code_of,
     floors,
     python_arrows,
     python_modules,
     python_room,
+    ranges_spelled_out,
     rust_arrows,
     rust_modules,
     upstream_arrows,
@@ -413,3 +415,54 @@ def test_a_long_file_is_seen(tmp_path: Path) -> None:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
     assert long_files(tmp_path) == {"crates/a/src/b/long.rs", "python/iridesce/p/q.py"}
+
+
+# --- limits that have one home in each language
+
+HOMES = {
+    "crates/optics/src/medium/value.rs",
+    "python/iridesce/optics/wavelengths.py",
+    "web/src/core/wavelengths.ts",
+}
+
+
+def test_the_visible_range_stands_in_one_place() -> None:
+    places = ("crates/*/src/**/*.rs", "python/iridesce/**/*.py", "web/src/**/*.ts")
+    files = [file for place in places for file in ROOT.glob(place) if file.stem != "tests"]
+    spelled = {file.relative_to(ROOT).as_posix(): ranges_spelled_out(code_of(file)) for file in files}
+    assert set(spelled) >= HOMES, "a home has moved"
+    assert {name: lines for name, lines in spelled.items() if lines and name not in HOMES} == {}, (
+        "take it from its home"
+    )
+    assert all(spelled[name] for name in HOMES - {"python/iridesce/optics/wavelengths.py"}), "the ends are not found"
+
+
+def test_the_page_has_the_ranges_of_the_core() -> None:
+    from iridesce.optics import wavelengths
+
+    text = (ROOT / "web/src/core/wavelengths.ts").read_text(encoding="utf-8")
+    found = dict(re.findall(r"export const (\w+) = \[(\d+, \d+)\] as const;", text))
+    ranges = {name: tuple(map(float, ends.split(", "))) for name, ends in found.items()}
+    assert ranges == {"VISIBLE_NM": wavelengths.VISIBLE_NM, "SPECTRUM_NM": wavelengths.SPECTRUM_NM}
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "is_seen"),
+    [
+        ("a.py", "nm = np.arange(360.0, 831.0)", True),
+        ("a.py", "x = range(380,\n 781)", True),
+        ("a.py", "first_nm = 360.0", True),
+        ("a.py", "turn = (delta + 360.0) % 360.0  # 380 nm", False),
+        ("a.py", "all = nm.size * log(90.0 if psi else 360.0)", False),
+        ("a.py", 'def f():\n    """360 to 830 nm."""\n    return "380..780 nm", 0.830, 1380, 3.8e2', False),
+        ("a.rs", "let visible = (360..=830).map(f64::from);", True),
+        ("a.rs", 'let x = 360.0; // nm\nsay("360..830 nm"); let y = [0.165, 0.830];', False),
+        ("a.rs", "let x = 1;\n#[cfg(test)]\nmod tests {\n let nm = 380.0;\n}", False),
+        ("a.ts", "const all = Float64Array.from({ length: 401 }, (_, i) => 380 + i);", True),
+        ("a.ts", "const at = 3 * (nm - 360);", True),
+        ("a.ts", "/* 380\n nm */ const BOX = { width: 360 };", False),
+    ],
+)
+def test_a_range_that_is_spelled_out_is_seen(name: str, text: str, is_seen: bool, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text)
+    assert bool(ranges_spelled_out(code_of(tmp_path / name))) is is_seen

@@ -3,6 +3,7 @@
 import { html, render } from "lit";
 import type { Table } from "./core/core";
 import { lookUp } from "./core/look-up";
+import { SPECTRUM_NM } from "./core/wavelengths";
 import { CHART_DEG, geometryOf } from "./draw/geometry";
 import { Picture } from "./draw/picture";
 import { spectrumChart } from "./parts/charts";
@@ -19,7 +20,6 @@ interface Model {
 
 const SIDE = 360;
 const WAIT_MS = 60;
-const SPECTRUM_FROM = 380;
 const SPECTRUM_STEP = 2;
 
 function floats(value: unknown): Float32Array {
@@ -115,7 +115,7 @@ function mount({ model, el }: { model: Model; el: HTMLElement }): () => void {
     if (swatch) swatch.style.backgroundColor = String(model.get("_srgb"));
     const spectrum = floats(model.get("_spectrum"));
     if (spectrum.length > 1) {
-      const wavelengths = Float64Array.from(spectrum, (_, i) => SPECTRUM_FROM + SPECTRUM_STEP * i);
+      const wavelengths = Float64Array.from(spectrum, (_, i) => SPECTRUM_NM[0] + SPECTRUM_STEP * i);
       render(spectrumChart(String(model.get("_words")), wavelengths, [{ name: TEXT.reflectance, kind: "first", values: spectrum }]), chart);
     }
   };

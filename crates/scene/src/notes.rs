@@ -1,6 +1,7 @@
 //! What whoever renders a sound scene should be told.
 
 use iridesce_optics::Medium;
+use iridesce_optics::medium::VISIBLE_NM;
 
 use crate::model::{Light, Object, Roughness, Scene, Shape, Surface};
 use crate::shut_in::shut_in_lights;
@@ -112,6 +113,7 @@ fn edge(shape: &Shape) -> Option<&'static str> {
 
 /// Whether light gets through a medium somewhere in the visible range.
 fn is_clear(medium: &Medium) -> bool {
-    let visible = (360..=830).step_by(10).map(f64::from);
+    let (first, last) = VISIBLE_NM;
+    let visible = (first as u32..=last as u32).step_by(10).map(f64::from);
     visible.filter_map(|nm| medium.index_extended(nm).ok()).any(|(index, _)| index.im < OPAQUE_K)
 }

@@ -14,6 +14,8 @@ from typing import Any
 from iridesce.arguments.refusals import complaint, refusal
 
 MOST_THREADS = 1024
+MOST_STOPS = 64.0
+"""An exposure is within so many stops, as the core has it (`develop.rs`)."""
 
 
 def text(name: str, value: object) -> str:

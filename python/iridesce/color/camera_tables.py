@@ -14,11 +14,12 @@ from numpy.typing import ArrayLike
 from iridesce.arguments.operands import Floats, reals
 from iridesce.arguments.refusals import refusal
 from iridesce.files.whole import read_whole
+from iridesce.optics.wavelengths import SPECTRUM_NM, in_steps
 
 _MOST_BYTES = 1 << 22
 _BUILT_IN = ("nikon-d5100", "sigma-sd-merrill")
 # Built-in cameras stand at these, nm; between the entries of a table its line, which no sample changes.
-_NM = np.arange(380.0, 781.0, 5.0)
+_NM = in_steps(SPECTRUM_NM, 5.0)
 # How far typical cameras go along the second eigenvector of a channel, of the first: the spread of the measured ones.
 _BENT = 0.25
 

@@ -25,9 +25,10 @@ from iridesce.files import cache
 from iridesce.optics.layer import Layer
 from iridesce.optics.medium import Medium
 from iridesce.optics.multilayer import Multilayer
+from iridesce.optics.wavelengths import VISIBLE_NM, in_steps
 
 # Tables start and refine nothing: colours at 5 nm are within 0.04 of Lab for films below a micrometre (measured, D65).
-COARSE_NM = np.arange(360.0, 831.0, 5.0)
+COARSE_NM = in_steps(VISIBLE_NM, 5.0)
 _COARSE_HOLDS_NM = 1000.0
 # Steps of thickness by the number of layers, times the index: 2.5 nm for two layers of titania. A step of 5 nm misses one
 # planted film in 48.
@@ -78,7 +79,7 @@ class Conditions:
 
     def white(self) -> Floats:
         """XYZ of the perfect reflector."""
-        nm = np.arange(360.0, 831.0)
+        nm = in_steps(VISIBLE_NM, 1.0)
         return spectrum_to_xyz(nm, np.ones_like(nm), self.illuminant, self.observer)
 
     def _key(self, media: Sequence[Medium], axes: Sequence[Floats]) -> str:
@@ -87,7 +88,7 @@ class Conditions:
             for one in (self.outside, *media, self.substrate)
         ]
         light = self.illuminant
-        power = np.asarray(light.power(np.arange(360.0, 831.0)), dtype=np.float64).tobytes()
+        power = np.asarray(light.power(in_steps(VISIBLE_NM, 1.0)), dtype=np.float64).tobytes()
         facts = repr((light.lines, self.observer, self.angle_deg)).encode()
         return cache.name_of(_FORMAT, *indices, power, facts, *(axis.tobytes() for axis in axes))
 

@@ -16,6 +16,9 @@ from iridesce.arguments.scalars import optional_text, text
 from iridesce.color.light import Illuminant, as_illuminant
 from iridesce.optics.multilayer import Multilayer
 
+GREY_NM = 1e5
+"""Films a tenth of a millimetre thick are grey to every eye: charts and tables of colours hold no thicker ones."""
+
 
 def stack_color(
     stack: Multilayer,

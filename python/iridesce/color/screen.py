@@ -9,8 +9,8 @@ import numpy as np
 from iridesce import _core
 from iridesce.arguments.operands import Floats
 from iridesce.arguments.refusals import refusal
+from iridesce.arguments.scalars import MOST_STOPS
 
-_MAX_STOPS = 64.0
 # XYZ of the white of sRGB; only Lab and LCh would ask for it.
 _D65 = [0.3127 / 0.3290, 1.0, (1.0 - 0.3127 - 0.3290) / 0.3290]
 
@@ -30,8 +30,8 @@ def gains(xyz: Floats, exposure: float | str) -> Floats:
         stops = math.nan if isinstance(exposure, str | bool | np.bool_) else float(exposure)
     except (TypeError, ValueError, OverflowError):
         stops = math.nan
-    if not -_MAX_STOPS <= stops <= _MAX_STOPS:
-        allowed = f'"auto", "common" or stops from {-_MAX_STOPS:g} to {_MAX_STOPS:g}'
+    if not -MOST_STOPS <= stops <= MOST_STOPS:
+        allowed = f'"auto", "common" or stops from {-MOST_STOPS:g} to {MOST_STOPS:g}'
         raise refusal("exposure", f"{allowed}", exposure)
     return np.full(shape, 2.0**stops)
 

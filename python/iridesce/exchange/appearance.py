@@ -13,9 +13,10 @@ from iridesce import color
 from iridesce.arguments.operands import Floats
 from iridesce.exchange.drawn import drawn_shares, is_builtin
 from iridesce.files.spectra import read_spectrum
+from iridesce.optics.wavelengths import VISIBLE_NM, in_steps
 from iridesce.thickness import ThicknessMap
 
-_FINE_NM = np.arange(360.0, 831.0)
+_FINE_NM = in_steps(VISIBLE_NM, 1.0)
 UNKNOWN = 0.5
 """What stands for a reflectance that a target cannot read."""
 

@@ -14,6 +14,7 @@ from iridesce.arguments.operands import Floats
 from iridesce.exchange.films import ANGLES_DEG, Film, extended_index
 from iridesce.exchange.suite import RANGE_NM, THICKNESS_NM, Chart
 from iridesce.exchange.twins import gltf
+from iridesce.optics.wavelengths import SPECTRUM_NM, in_steps
 from iridesce.stack import Layer, Stack
 
 # CIE 1931 RGB: primaries at 700, 546.1 and 435.8 nm, white E (CIE 15:2004, 7.1). XYZ -> RGB.
@@ -21,7 +22,7 @@ _CIE_RGB = np.array(
     [[2.3706743, -0.9000405, -0.4706338], [-0.5138850, 1.4253036, 0.0885814], [0.0052982, -0.0146949, 1.0093968]]
 )
 
-_WAVELENGTH_NM = np.arange(380.0, 781.0, 5.0)
+_WAVELENGTH_NM = in_steps(SPECTRUM_NM, 5.0)
 
 Angles = Floats
 

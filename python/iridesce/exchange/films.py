@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from iridesce import color
 from iridesce.arguments.operands import Floats, real_operand
 from iridesce.arguments.refusals import Words, complaint, refusal, short, within
+from iridesce.color.films import GREY_NM
 from iridesce.exchange.appearance import Roughness
 from iridesce.optics.stack_text import parse_items
 from iridesce.stack import Layer, Stack
@@ -29,9 +30,6 @@ TABLE_NM = (0.0, 2000.0)
 
 DISPERSES = 0.005
 """A change of n over the visible below which one number stands for it."""
-
-THICKEST_NM = 1e5
-"""Films a tenth of a millimetre thick are grey to every eye; a table of thicker ones has no fringe left to hold."""
 
 # The cosine that stands for grazing light, where R goes to its limit in proportion to it.
 _GRAZING = 1e-7
@@ -210,10 +208,8 @@ def checked_range(name: str, value: object) -> tuple[float, float]:
     low, high = (float(end) for end in operand.full())
     if not low < high:
         raise refusal(name, "from a thinner to a thicker film", Words(f"{low:g} to {high:g} nm"), must="run")
-    if high > THICKEST_NM:
-        raise refusal(
-            name, f"at {THICKEST_NM:g} nm or below (thicker films are grey)", Words(f"{high:g} nm"), must="end"
-        )
+    if high > GREY_NM:
+        raise refusal(name, f"at {GREY_NM:g} nm or below (thicker films are grey)", Words(f"{high:g} nm"), must="end")
     return low, high
 
 

@@ -17,12 +17,13 @@ from iridesce.color.camera_tables import typical_cameras
 from iridesce.color.light import Illuminant, color_matching
 from iridesce.errors import ArgumentError
 from iridesce.inverse.model import Problem
+from iridesce.optics.wavelengths import SPECTRUM_NM, in_steps
 
 # The order of a film is told at this wavelength, nm.
 ORDER_NM = 550.0
 # Lamps that are tried where none is named.
 LAMPS = ("D65", "D50", "A", "FL2", "FL11", "LED-B1", "LED-B3")
-_LOW_NM, _HIGH_NM = 380.0, 780.0
+_LOW_NM, _HIGH_NM = SPECTRUM_NM
 # Samples a fringe of the thickest film at the shortest wavelength.
 _SAMPLES = 6.0
 # Channels whose balance differs by less are balanced.
@@ -89,7 +90,7 @@ def wavelengths(thickest_nm: float, index: float) -> Floats:
     """5 nm apart, or as fine as the fringes of the thickest film ask for."""
     finest = _LOW_NM**2 / (2.0 * index * thickest_nm) / _SAMPLES
     step = next((step for step in (5.0, 2.5, 2.0, 1.0) if step <= finest), 0.5)
-    return np.arange(_LOW_NM, _HIGH_NM + 0.5 * step, step)
+    return in_steps(SPECTRUM_NM, step)
 
 
 def reflectances(problem: Problem, grid: Floats, angles: Floats, nm: Floats) -> Floats:

@@ -12,6 +12,7 @@ import traitlets
 
 from iridesce import color
 from iridesce.color.color_table import ColorTable
+from iridesce.optics.wavelengths import SPECTRUM_NM, in_steps
 from iridesce.stack import Layer, Stack
 
 _HERE = Path(__file__).parent
@@ -19,7 +20,7 @@ _HERE = Path(__file__).parent
 _LAST_DEG = 80.0
 _ROWS = 33
 _STEP_NM = 2.5
-_SPECTRUM_NM = np.arange(380.0, 781.0, 2.0)
+_SPECTRUM_NM = in_steps(SPECTRUM_NM, 2.0)
 
 
 class FilmWidget(anywidget.AnyWidget):  # type: ignore[misc]  # anywidget has no types

@@ -1,4 +1,4 @@
-// node_modules/@lit/reactive-element/css-tag.js
+// ../../ciB/web/node_modules/@lit/reactive-element/css-tag.js
 var e = globalThis, t = e.ShadowRoot && (e.ShadyCSS === void 0 || e.ShadyCSS.nativeShadow) && "adoptedStyleSheets" in Document.prototype && "replace" in CSSStyleSheet.prototype, n = Symbol(), r = /* @__PURE__ */ new WeakMap(), i = class {
 	constructor(e, t, r) {
 		if (this._$cssResult$ = !0, r !== n) throw Error("CSSResult is not constructable. Use `unsafeCSS` or `css` instead.");
@@ -248,17 +248,17 @@ var S = class extends HTMLElement {
 	firstUpdated(e) {}
 };
 S.elementStyles = [], S.shadowRootOptions = { mode: "open" }, S[v("elementProperties")] = /* @__PURE__ */ new Map(), S[v("finalized")] = /* @__PURE__ */ new Map(), _?.({ ReactiveElement: S }), (m.reactiveElementVersions ??= []).push("2.1.2");
-// node_modules/lit-html/lit-html.js
+// ../../ciB/web/node_modules/lit-html/lit-html.js
 var C = globalThis, w = (e) => e, T = C.trustedTypes, ee = T ? T.createPolicy("lit-html", { createHTML: (e) => e }) : void 0, te = "$lit$", E = `lit$${Math.random().toFixed(9).slice(2)}$`, ne = "?" + E, re = `<${ne}>`, D = document, O = () => D.createComment(""), k = (e) => e === null || typeof e != "object" && typeof e != "function", ie = Array.isArray, ae = (e) => ie(e) || typeof e?.[Symbol.iterator] == "function", oe = "[ 	\n\f\r]", A = /<(?:(!--|\/[^a-zA-Z])|(\/?[a-zA-Z][^>\s]*)|(\/?$))/g, se = /-->/g, ce = />/g, j = RegExp(`>|${oe}(?:([^\\s"'>=/]+)(${oe}*=${oe}*(?:[^ \t\n\f\r"'\`<>=]|("|')|))|$)`, "g"), le = /'/g, ue = /"/g, de = /^(?:script|style|textarea|title)$/i, fe = (e) => (t, ...n) => ({
 	_$litType$: e,
 	strings: t,
 	values: n
-}), M = fe(1), N = fe(2), P = Symbol.for("lit-noChange"), F = Symbol.for("lit-nothing"), pe = /* @__PURE__ */ new WeakMap(), I = D.createTreeWalker(D, 129);
-function me(e, t) {
+}), M = fe(1), pe = fe(2), N = Symbol.for("lit-noChange"), P = Symbol.for("lit-nothing"), me = /* @__PURE__ */ new WeakMap(), F = D.createTreeWalker(D, 129);
+function he(e, t) {
 	if (!ie(e) || !e.hasOwnProperty("raw")) throw Error("invalid template strings array");
 	return ee === void 0 ? t : ee.createHTML(t);
 }
-var he = (e, t) => {
+var ge = (e, t) => {
 	let n = e.length - 1, r = [], i, a = t === 2 ? "<svg>" : t === 3 ? "<math>" : "", o = A;
 	for (let t = 0; t < n; t++) {
 		let n = e[t], s, c, l = -1, u = 0;
@@ -266,17 +266,17 @@ var he = (e, t) => {
 		let d = o === j && e[t + 1].startsWith("/>") ? " " : "";
 		a += o === A ? n + re : l >= 0 ? (r.push(s), n.slice(0, l) + te + n.slice(l) + E + d) : n + E + (l === -2 ? t : d);
 	}
-	return [me(e, a + (e[n] || "<?>") + (t === 2 ? "</svg>" : t === 3 ? "</math>" : "")), r];
-}, ge = class e {
+	return [he(e, a + (e[n] || "<?>") + (t === 2 ? "</svg>" : t === 3 ? "</math>" : "")), r];
+}, _e = class e {
 	constructor({ strings: t, _$litType$: n }, r) {
 		let i;
 		this.parts = [];
-		let a = 0, o = 0, s = t.length - 1, c = this.parts, [l, u] = he(t, n);
-		if (this.el = e.createElement(l, r), I.currentNode = this.el.content, n === 2 || n === 3) {
+		let a = 0, o = 0, s = t.length - 1, c = this.parts, [l, u] = ge(t, n);
+		if (this.el = e.createElement(l, r), F.currentNode = this.el.content, n === 2 || n === 3) {
 			let e = this.el.content.firstChild;
 			e.replaceWith(...e.childNodes);
 		}
-		for (; (i = I.nextNode()) !== null && c.length < s;) {
+		for (; (i = F.nextNode()) !== null && c.length < s;) {
 			if (i.nodeType === 1) {
 				if (i.hasAttributes()) for (let e of i.getAttributeNames()) if (e.endsWith(te)) {
 					let t = u[o++], n = i.getAttribute(e).split(E), r = /([.?@])?(.*)/.exec(t);
@@ -285,7 +285,7 @@ var he = (e, t) => {
 						index: a,
 						name: r[2],
 						strings: n,
-						ctor: r[1] === "." ? ye : r[1] === "?" ? be : r[1] === "@" ? xe : R
+						ctor: r[1] === "." ? be : r[1] === "?" ? xe : r[1] === "@" ? Se : L
 					}), i.removeAttribute(e);
 				} else e.startsWith(E) && (c.push({
 					type: 6,
@@ -295,7 +295,7 @@ var he = (e, t) => {
 					let e = i.textContent.split(E), t = e.length - 1;
 					if (t > 0) {
 						i.textContent = T ? T.emptyScript : "";
-						for (let n = 0; n < t; n++) i.append(e[n], O()), I.nextNode(), c.push({
+						for (let n = 0; n < t; n++) i.append(e[n], O()), F.nextNode(), c.push({
 							type: 2,
 							index: ++a
 						});
@@ -323,12 +323,12 @@ var he = (e, t) => {
 		return n.innerHTML = e, n;
 	}
 };
-function L(e, t, n = e, r) {
-	if (t === P) return t;
+function I(e, t, n = e, r) {
+	if (t === N) return t;
 	let i = r === void 0 ? n._$Cl : n._$Co?.[r], a = k(t) ? void 0 : t._$litDirective$;
-	return i?.constructor !== a && (i?._$AO?.(!1), a === void 0 ? i = void 0 : (i = new a(e), i._$AT(e, n, r)), r === void 0 ? n._$Cl = i : (n._$Co ??= [])[r] = i), i !== void 0 && (t = L(e, i._$AS(e, t.values), i, r)), t;
+	return i?.constructor !== a && (i?._$AO?.(!1), a === void 0 ? i = void 0 : (i = new a(e), i._$AT(e, n, r)), r === void 0 ? n._$Cl = i : (n._$Co ??= [])[r] = i), i !== void 0 && (t = I(e, i._$AS(e, t.values), i, r)), t;
 }
-var _e = class {
+var ve = class {
 	constructor(e, t) {
 		this._$AV = [], this._$AN = void 0, this._$AD = e, this._$AM = t;
 	}
@@ -340,27 +340,27 @@ var _e = class {
 	}
 	u(e) {
 		let { el: { content: t }, parts: n } = this._$AD, r = (e?.creationScope ?? D).importNode(t, !0);
-		I.currentNode = r;
-		let i = I.nextNode(), a = 0, o = 0, s = n[0];
+		F.currentNode = r;
+		let i = F.nextNode(), a = 0, o = 0, s = n[0];
 		for (; s !== void 0;) {
 			if (a === s.index) {
 				let t;
-				s.type === 2 ? t = new ve(i, i.nextSibling, this, e) : s.type === 1 ? t = new s.ctor(i, s.name, s.strings, this, e) : s.type === 6 && (t = new Se(i, this, e)), this._$AV.push(t), s = n[++o];
+				s.type === 2 ? t = new ye(i, i.nextSibling, this, e) : s.type === 1 ? t = new s.ctor(i, s.name, s.strings, this, e) : s.type === 6 && (t = new Ce(i, this, e)), this._$AV.push(t), s = n[++o];
 			}
-			a !== s?.index && (i = I.nextNode(), a++);
+			a !== s?.index && (i = F.nextNode(), a++);
 		}
-		return I.currentNode = D, r;
+		return F.currentNode = D, r;
 	}
 	p(e) {
 		let t = 0;
 		for (let n of this._$AV) n !== void 0 && (n.strings === void 0 ? n._$AI(e[t]) : (n._$AI(e, n, t), t += n.strings.length - 2)), t++;
 	}
-}, ve = class e {
+}, ye = class e {
 	get _$AU() {
 		return this._$AM?._$AU ?? this._$Cv;
 	}
 	constructor(e, t, n, r) {
-		this.type = 2, this._$AH = F, this._$AN = void 0, this._$AA = e, this._$AB = t, this._$AM = n, this.options = r, this._$Cv = r?.isConnected ?? !0;
+		this.type = 2, this._$AH = P, this._$AN = void 0, this._$AA = e, this._$AB = t, this._$AM = n, this.options = r, this._$Cv = r?.isConnected ?? !0;
 	}
 	get parentNode() {
 		let e = this._$AA.parentNode, t = this._$AM;
@@ -373,7 +373,7 @@ var _e = class {
 		return this._$AB;
 	}
 	_$AI(e, t = this) {
-		e = L(this, e, t), k(e) ? e === F || e == null || e === "" ? (this._$AH !== F && this._$AR(), this._$AH = F) : e !== this._$AH && e !== P && this._(e) : e._$litType$ === void 0 ? e.nodeType === void 0 ? ae(e) ? this.k(e) : this._(e) : this.T(e) : this.$(e);
+		e = I(this, e, t), k(e) ? e === P || e == null || e === "" ? (this._$AH !== P && this._$AR(), this._$AH = P) : e !== this._$AH && e !== N && this._(e) : e._$litType$ === void 0 ? e.nodeType === void 0 ? ae(e) ? this.k(e) : this._(e) : this.T(e) : this.$(e);
 	}
 	O(e) {
 		return this._$AA.parentNode.insertBefore(e, this._$AB);
@@ -382,19 +382,19 @@ var _e = class {
 		this._$AH !== e && (this._$AR(), this._$AH = this.O(e));
 	}
 	_(e) {
-		this._$AH !== F && k(this._$AH) ? this._$AA.nextSibling.data = e : this.T(D.createTextNode(e)), this._$AH = e;
+		this._$AH !== P && k(this._$AH) ? this._$AA.nextSibling.data = e : this.T(D.createTextNode(e)), this._$AH = e;
 	}
 	$(e) {
-		let { values: t, _$litType$: n } = e, r = typeof n == "number" ? this._$AC(e) : (n.el === void 0 && (n.el = ge.createElement(me(n.h, n.h[0]), this.options)), n);
+		let { values: t, _$litType$: n } = e, r = typeof n == "number" ? this._$AC(e) : (n.el === void 0 && (n.el = _e.createElement(he(n.h, n.h[0]), this.options)), n);
 		if (this._$AH?._$AD === r) this._$AH.p(t);
 		else {
-			let e = new _e(r, this), n = e.u(this.options);
+			let e = new ve(r, this), n = e.u(this.options);
 			e.p(t), this.T(n), this._$AH = e;
 		}
 	}
 	_$AC(e) {
-		let t = pe.get(e.strings);
-		return t === void 0 && pe.set(e.strings, t = new ge(e)), t;
+		let t = me.get(e.strings);
+		return t === void 0 && me.set(e.strings, t = new _e(e)), t;
 	}
 	k(t) {
 		ie(this._$AH) || (this._$AH = [], this._$AR());
@@ -411,7 +411,7 @@ var _e = class {
 	setConnected(e) {
 		this._$AM === void 0 && (this._$Cv = e, this._$AP?.(e));
 	}
-}, R = class {
+}, L = class {
 	get tagName() {
 		return this.element.tagName;
 	}
@@ -419,47 +419,47 @@ var _e = class {
 		return this._$AM._$AU;
 	}
 	constructor(e, t, n, r, i) {
-		this.type = 1, this._$AH = F, this._$AN = void 0, this.element = e, this.name = t, this._$AM = r, this.options = i, n.length > 2 || n[0] !== "" || n[1] !== "" ? (this._$AH = Array(n.length - 1).fill(/* @__PURE__ */ new String()), this.strings = n) : this._$AH = F;
+		this.type = 1, this._$AH = P, this._$AN = void 0, this.element = e, this.name = t, this._$AM = r, this.options = i, n.length > 2 || n[0] !== "" || n[1] !== "" ? (this._$AH = Array(n.length - 1).fill(/* @__PURE__ */ new String()), this.strings = n) : this._$AH = P;
 	}
 	_$AI(e, t = this, n, r) {
 		let i = this.strings, a = !1;
-		if (i === void 0) e = L(this, e, t, 0), a = !k(e) || e !== this._$AH && e !== P, a && (this._$AH = e);
+		if (i === void 0) e = I(this, e, t, 0), a = !k(e) || e !== this._$AH && e !== N, a && (this._$AH = e);
 		else {
 			let r = e, o, s;
-			for (e = i[0], o = 0; o < i.length - 1; o++) s = L(this, r[n + o], t, o), s === P && (s = this._$AH[o]), a ||= !k(s) || s !== this._$AH[o], s === F ? e = F : e !== F && (e += (s ?? "") + i[o + 1]), this._$AH[o] = s;
+			for (e = i[0], o = 0; o < i.length - 1; o++) s = I(this, r[n + o], t, o), s === N && (s = this._$AH[o]), a ||= !k(s) || s !== this._$AH[o], s === P ? e = P : e !== P && (e += (s ?? "") + i[o + 1]), this._$AH[o] = s;
 		}
 		a && !r && this.j(e);
 	}
 	j(e) {
-		e === F ? this.element.removeAttribute(this.name) : this.element.setAttribute(this.name, e ?? "");
+		e === P ? this.element.removeAttribute(this.name) : this.element.setAttribute(this.name, e ?? "");
 	}
-}, ye = class extends R {
+}, be = class extends L {
 	constructor() {
 		super(...arguments), this.type = 3;
 	}
 	j(e) {
-		this.element[this.name] = e === F ? void 0 : e;
+		this.element[this.name] = e === P ? void 0 : e;
 	}
-}, be = class extends R {
+}, xe = class extends L {
 	constructor() {
 		super(...arguments), this.type = 4;
 	}
 	j(e) {
-		this.element.toggleAttribute(this.name, !!e && e !== F);
+		this.element.toggleAttribute(this.name, !!e && e !== P);
 	}
-}, xe = class extends R {
+}, Se = class extends L {
 	constructor(e, t, n, r, i) {
 		super(e, t, n, r, i), this.type = 5;
 	}
 	_$AI(e, t = this) {
-		if ((e = L(this, e, t, 0) ?? F) === P) return;
-		let n = this._$AH, r = e === F && n !== F || e.capture !== n.capture || e.once !== n.once || e.passive !== n.passive, i = e !== F && (n === F || r);
+		if ((e = I(this, e, t, 0) ?? P) === N) return;
+		let n = this._$AH, r = e === P && n !== P || e.capture !== n.capture || e.once !== n.once || e.passive !== n.passive, i = e !== P && (n === P || r);
 		r && this.element.removeEventListener(this.name, this, n), i && this.element.addEventListener(this.name, this, e), this._$AH = e;
 	}
 	handleEvent(e) {
 		typeof this._$AH == "function" ? this._$AH.call(this.options?.host ?? this.element, e) : this._$AH.handleEvent(e);
 	}
-}, Se = class {
+}, Ce = class {
 	constructor(e, t, n) {
 		this.element = e, this.type = 6, this._$AN = void 0, this._$AM = t, this.options = n;
 	}
@@ -467,18 +467,18 @@ var _e = class {
 		return this._$AM._$AU;
 	}
 	_$AI(e) {
-		L(this, e);
+		I(this, e);
 	}
-}, Ce = C.litHtmlPolyfillSupport;
-Ce?.(ge, ve), (C.litHtmlVersions ??= []).push("3.3.3");
-var we = (e, t, n) => {
+}, we = C.litHtmlPolyfillSupport;
+we?.(_e, ye), (C.litHtmlVersions ??= []).push("3.3.3");
+var Te = (e, t, n) => {
 	let r = n?.renderBefore ?? t, i = r._$litPart$;
 	if (i === void 0) {
 		let e = n?.renderBefore ?? null;
-		r._$litPart$ = i = new ve(t.insertBefore(O(), e), e, void 0, n ?? {});
+		r._$litPart$ = i = new ye(t.insertBefore(O(), e), e, void 0, n ?? {});
 	}
 	return i._$AI(e), i;
-}, Te = globalThis, z = class extends S {
+}, Ee = globalThis, R = class extends S {
 	constructor() {
 		super(...arguments), this.renderOptions = { host: this }, this._$Do = void 0;
 	}
@@ -488,7 +488,7 @@ var we = (e, t, n) => {
 	}
 	update(e) {
 		let t = this.render();
-		this.hasUpdated || (this.renderOptions.isConnected = this.isConnected), super.update(e), this._$Do = we(t, this.renderRoot, this.renderOptions);
+		this.hasUpdated || (this.renderOptions.isConnected = this.isConnected), super.update(e), this._$Do = Te(t, this.renderRoot, this.renderOptions);
 	}
 	connectedCallback() {
 		super.connectedCallback(), this._$Do?.setConnected(!0);
@@ -497,21 +497,21 @@ var we = (e, t, n) => {
 		super.disconnectedCallback(), this._$Do?.setConnected(!1);
 	}
 	render() {
-		return P;
+		return N;
 	}
 };
-z._$litElement$ = !0, z.finalized = !0, Te.litElementHydrateSupport?.({ LitElement: z });
-var Ee = Te.litElementPolyfillSupport;
-Ee?.({ LitElement: z }), (Te.litElementVersions ??= []).push("4.2.2");
+R._$litElement$ = !0, R.finalized = !0, Ee.litElementHydrateSupport?.({ LitElement: R });
+var De = Ee.litElementPolyfillSupport;
+De?.({ LitElement: R }), (Ee.litElementVersions ??= []).push("4.2.2");
 // src/core/look-up.ts
-var De = Math.PI / 180;
-function Oe(e, t, n, r, i) {
+var Oe = Math.PI / 180;
+function ke(e, t, n, r, i) {
 	let { rows: a, columns: o, nodes: s } = e, c = Math.min(Math.max(n, e.range_deg[0]), e.range_deg[1]), l = Math.min(Math.max(t, e.range_nm[0]), e.range_nm[1]);
 	if (e.inverse_square > 0) {
-		let t = Math.sin(c * De);
+		let t = Math.sin(c * Oe);
 		l *= Math.sqrt(1 - t * t * e.inverse_square);
 	}
-	let u = Math.max((l - e.first_nm) / e.step_nm, 0), d = Math.min(Math.floor(u), o - 2), f = u - d, p = 1 - f, m = (f * 2 + 1) * p * p, h = f * p * p, g = f * f * (3 - 2 * f), _ = -(f * f * p), v = 0, y = ke;
+	let u = Math.max((l - e.first_nm) / e.step_nm, 0), d = Math.min(Math.floor(u), o - 2), f = u - d, p = 1 - f, m = (f * 2 + 1) * p * p, h = f * p * p, g = f * f * (3 - 2 * f), _ = -(f * f * p), v = 0, y = Ae;
 	if (a > 1) {
 		let t = (c - e.first_deg) / e.step_deg;
 		v = Math.min(Math.max(Math.floor(t) - 1, 0), a - 4);
@@ -530,13 +530,13 @@ function Oe(e, t, n, r, i) {
 	}
 	r[i] = b, r[i + 1] = x, r[i + 2] = S;
 }
-var ke = [1];
+var Ae = [1], je = [380, 780];
 // src/draw/light.ts
-function B(e, t, n) {
+function z(e, t, n) {
 	let r = Math.min(Math.max((n - e) / (t - e), 0), 1);
 	return r * r * (3 - 2 * r);
 }
-var V = class {
+var B = class {
 	constructor(e, t, n, r, i) {
 		this.half_width = n, this.half_height = r, this.soft = i;
 		let a = e * Math.PI / 180, o = t * Math.PI / 180;
@@ -562,39 +562,39 @@ var V = class {
 		], s = e * i[0] + t * i[1] + n * i[2];
 		if (s < .05) return 0;
 		let c = (e * a[0] + t * a[1] + n * a[2]) / s, l = (e * o[0] + t * o[1] + n * o[2]) / s;
-		return r[0] = c / this.half_width, r[1] = l / this.half_height, B(-this.soft, this.soft, this.half_width - Math.abs(c)) * B(-this.soft, this.soft, this.half_height - Math.abs(l));
+		return r[0] = c / this.half_width, r[1] = l / this.half_height, z(-this.soft, this.soft, this.half_width - Math.abs(c)) * z(-this.soft, this.soft, this.half_height - Math.abs(l));
 	}
 };
-function Ae(e, t, n) {
+function Me(e, t, n) {
 	let r = (e + 1) / 2 * t, i = Math.round(r);
-	return i < .5 || i > t - .5 ? 1 : B(.023, .033, Math.abs(r - i) * 2 * n / t);
+	return i < .5 || i > t - .5 ? 1 : z(.023, .033, Math.abs(r - i) * 2 * n / t);
 }
-var je = new V(-44, 26, .66, .8, .01), Me = new V(60, 12, .6, 1, .12), Ne = [
-	[new V(-120, 6, .24, 1.2, .12), 2.6],
-	[new V(118, 6, .28, 1.2, .12), 3.4],
-	[new V(10, 78, .75, .26, .08), 5],
-	[new V(0, -60, 1.1, .4, .25), .9]
-], H = [0, 0], Pe = (e, t, n) => {
-	let r = .008 + .03 * B(.5, 1, -n - .25 * t) + .75 * B(.3, 1, .5 + .5 * n) * (.65 + .35 * t), i = je.meet(e, t, n, H);
+var Ne = new B(-44, 26, .66, .8, .01), Pe = new B(60, 12, .6, 1, .12), Fe = [
+	[new B(-120, 6, .24, 1.2, .12), 2.6],
+	[new B(118, 6, .28, 1.2, .12), 3.4],
+	[new B(10, 78, .75, .26, .08), 5],
+	[new B(0, -60, 1.1, .4, .25), .9]
+], V = [0, 0], Ie = (e, t, n) => {
+	let r = .008 + .03 * z(.5, 1, -n - .25 * t) + .75 * z(.3, 1, .5 + .5 * n) * (.65 + .35 * t), i = Ne.meet(e, t, n, V);
 	if (i > 0) {
-		let e = Ae(H[0], 2, je.half_width) * Ae(H[1], 3, je.half_height);
-		r += i * e * (7 + 2.5 * H[1]);
+		let e = Me(V[0], 2, Ne.half_width) * Me(V[1], 3, Ne.half_height);
+		r += i * e * (7 + 2.5 * V[1]);
 	}
-	i = Me.meet(e, t, n, H), i > 0 && (r += i * (3.4 - .8 * H[0]));
-	for (let [i, a] of Ne) r += i.meet(e, t, n, H) * a;
+	i = Pe.meet(e, t, n, V), i > 0 && (r += i * (3.4 - .8 * V[0]));
+	for (let [i, a] of Fe) r += i.meet(e, t, n, V) * a;
 	return r;
-}, Fe = (e, t) => (1 + 2 * Math.max(t, 0)) / 3, Ie = () => 1;
-function U(e) {
-	return e === "studio" ? Pe : e === "overcast" ? Fe : Ie;
+}, Le = (e, t) => (1 + 2 * Math.max(t, 0)) / 3, Re = () => 1;
+function H(e) {
+	return e === "studio" ? Ie : e === "overcast" ? Le : Re;
 }
 // src/state/keys.ts
-var Le = [
+var ze = [
 	"free-bubble-preview",
 	"bubble-on-bath-preview",
 	"late-preview",
 	"vertical-film-preview",
 	"still"
-], Re = [
+], Be = [
 	"D65",
 	"A",
 	"D50",
@@ -606,7 +606,7 @@ var Le = [
 	"lines:589.158*2,589.756",
 	"lines:546.227,404.77,435.96,577.12,579.23",
 	"laser:632.99"
-], ze = {
+], Ve = {
 	bubble: "air / soap ? / air",
 	rings: "air / MgF2 99.75 / N-BK7 1e6 incoherent / air ? / N-BK7",
 	slick: "air / 1.47 ? / water",
@@ -614,12 +614,12 @@ var Le = [
 	wafer: "air / SiO2 ? / Si",
 	film: "air / soap ? / air",
 	learn: "air / soap ? / air"
-}, Be = 2.4, Ve = [
+}, He = 2.4, Ue = [
 	{
 		name: "stack",
 		kind: "stack",
-		default: ze.film,
-		of: ze
+		default: Ve.film,
+		of: Ve
 	},
 	{
 		name: "thickness_nm",
@@ -672,8 +672,8 @@ var Le = [
 	{
 		name: "preset",
 		kind: "choice",
-		choices: Le,
-		default: Le[0],
+		choices: ze,
+		default: ze[0],
 		scenes: ["bubble"]
 	},
 	{
@@ -841,17 +841,17 @@ var Le = [
 		hidden: !0
 	}
 ];
-new Map(Ve.map((e) => [e.name, e]));
-function He(e, t) {
+new Map(Ue.map((e) => [e.name, e]));
+function We(e, t) {
 	return e.of?.[t] ?? e.default;
 }
-function Ue(e) {
+function Ge(e) {
 	let t = { scene: e };
-	for (let n of Ve) t[n.name] = He(n, e);
+	for (let n of Ue) t[n.name] = We(n, e);
 	return t;
 }
-var W = 180 / Math.PI;
-function G(e, t, n, r, i = !1) {
+var U = 180 / Math.PI;
+function W(e, t, n, r, i = !1) {
 	let a = e * t, o = {
 		width: e,
 		height: t,
@@ -865,16 +865,16 @@ function G(e, t, n, r, i = !1) {
 	for (let e = 2; e < o.front.length; e += 4) o.front[e] = o.back[e] = -1;
 	return o;
 }
-function K(e, t, n, r, i, a) {
+function G(e, t, n, r, i, a) {
 	let o = t * 4;
-	e[o] = n, e[o + 1] = r, e[o + 2] = Math.acos(Math.min(Math.max(i, 0), 1)) * W, e[o + 3] = a;
+	e[o] = n, e[o + 1] = r, e[o + 2] = Math.acos(Math.min(Math.max(i, 0), 1)) * U, e[o + 3] = a;
 }
-function q(e, t, n, r, i, a) {
-	let o = We([
+function K(e, t, n, r, i, a) {
+	let o = Ke([
 		r[0] - n[0],
 		r[1] - n[1],
 		r[2] - n[2]
-	]), s = We([
+	]), s = Ke([
 		-o[2],
 		0,
 		o[0]
@@ -882,7 +882,7 @@ function q(e, t, n, r, i, a) {
 		s[1] * o[2] - s[2] * o[1],
 		s[2] * o[0] - s[0] * o[2],
 		s[0] * o[1] - s[1] * o[0]
-	], l = Math.tan(i / 2 / W) / (Math.min(e, t) / 2);
+	], l = Math.tan(i / 2 / U) / (Math.min(e, t) / 2);
 	for (let n = 0; n < t; n++) {
 		let r = (t / 2 - n - .5) * l;
 		for (let t = 0; t < e; t++) {
@@ -891,59 +891,59 @@ function q(e, t, n, r, i, a) {
 		}
 	}
 }
-function We(e) {
+function Ke(e) {
 	let t = 1 / Math.hypot(e[0], e[1], e[2]);
 	return e.map((e) => e * t);
 }
-function Ge(e, t, n, r) {
+function qe(e, t, n, r) {
 	let i = Math.atan2(-n, e) / (2 * Math.PI);
 	return [i < 0 ? i + 1 : i, Math.acos(Math.min(Math.max(t, -1), 1)) / r];
 }
-var J = 16, Y = 4, X = 2.5;
-function Ke({ width: e, height: t, state: n }) {
-	let r = U(String(n.environment)), i = n.preset === "still", a = n.walls === "2", o = G(e, t, !0, a), s = n.environment === "uniform", c = Math.tan(35 / 2 / W) / (Math.min(e, t) / 2) * J;
-	return q(e, t, [
+var q = 16, J = 4, Y = 2.5;
+function Je({ width: e, height: t, state: n }) {
+	let r = H(String(n.environment)), i = n.preset === "still", a = n.walls === "2", o = W(e, t, !0, a), s = n.environment === "uniform", c = Math.tan(35 / 2 / U) / (Math.min(e, t) / 2) * q;
+	return K(e, t, [
 		0,
 		0,
-		J
+		q
 	], [
 		0,
 		0,
 		0
 	], 35, (e, t, n, l) => {
 		o.behind[2 * e] = a ? r(t, n, l) : s ? 0 : r(t, n, l);
-		let u = J * l, d = Math.sqrt(Math.max(256 - u * u, 0)), f = Math.min(Math.max((Y - d) / c + .5, 0), 1);
+		let u = q * l, d = Math.sqrt(Math.max(256 - u * u, 0)), f = Math.min(Math.max((J - d) / c + .5, 0), 1);
 		if (f <= 0) return;
 		o.behind[2 * e + 1] = f;
 		let p = Math.sqrt(Math.max(16 - d * d, 0));
 		for (let [s, c] of [[o.front, -u - p], [o.back, -u + p]]) {
-			let o = t * c / Y, u = n * c / Y, d = (J + l * c) / Y, f = t * o + n * u + l * d, p = r(t - 2 * f * o, n - 2 * f * u, l - 2 * f * d), [m, h] = i ? [.5, (1 - u) / 2] : Ge(o, u, d, Math.PI);
-			if (K(s, e, m, h, Math.abs(f), p), !a) break;
+			let o = t * c / J, u = n * c / J, d = (q + l * c) / J, f = t * o + n * u + l * d, p = r(t - 2 * f * o, n - 2 * f * u, l - 2 * f * d), [m, h] = i ? [.5, (1 - u) / 2] : qe(o, u, d, Math.PI);
+			if (G(s, e, m, h, Math.abs(f), p), !a) break;
 		}
 	}), o;
 }
-function qe({ width: e, height: t, state: n, water: r }) {
-	let i = U(String(n.environment)), a = n.walls === "2", o = G(e, t, !0, a), s = [
+function Ye({ width: e, height: t, state: n, water: r }) {
+	let i = H(String(n.environment)), a = n.walls === "2", o = W(e, t, !0, a), s = [
 		0,
 		4.2,
 		11
-	], c = Math.tan(31 / 2 / W) / (Math.min(e, t) / 2) * Math.hypot(...s), l = (e, t, n, r) => {
-		let i = e[0] * t + e[1] * n + e[2] * r, a = Math.sqrt(Math.max(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] - i * i, 0)), o = Math.sqrt(Math.max(X * X - a * a, 0));
+	], c = Math.tan(31 / 2 / U) / (Math.min(e, t) / 2) * Math.hypot(...s), l = (e, t, n, r) => {
+		let i = e[0] * t + e[1] * n + e[2] * r, a = Math.sqrt(Math.max(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] - i * i, 0)), o = Math.sqrt(Math.max(Y * Y - a * a, 0));
 		return [
 			-i - o,
 			-i + o,
 			a
 		];
 	}, u = (e, t, n, r, i, a, o, s) => {
-		let c = (n[0] + r * o) / X, l = (n[1] + i * o) / X, u = (n[2] + a * o) / X, f = r * c + i * l + a * u, [p, m] = Ge(c, l, u, Math.PI / 2);
-		K(e, t, p, m, Math.abs(f), s * d(r - 2 * f * c, i - 2 * f * l, a - 2 * f * u));
-	}, d = (e, t, n) => t >= 0 ? i(e, t, n) : p(-t) * i(e, -t, n), f = r(), p = (e) => f[Math.round(Math.acos(Math.min(e, 1)) * W)];
-	return q(e, t, s, [
+		let c = (n[0] + r * o) / Y, l = (n[1] + i * o) / Y, u = (n[2] + a * o) / Y, f = r * c + i * l + a * u, [p, m] = qe(c, l, u, Math.PI / 2);
+		G(e, t, p, m, Math.abs(f), s * d(r - 2 * f * c, i - 2 * f * l, a - 2 * f * u));
+	}, d = (e, t, n) => t >= 0 ? i(e, t, n) : p(-t) * i(e, -t, n), f = r(), p = (e) => f[Math.round(Math.acos(Math.min(e, 1)) * U)];
+	return K(e, t, s, [
 		0,
 		.95,
 		0
 	], 31, (e, t, r, i) => {
-		let [f, m, h] = l(s, t, r, i), g = Math.min(Math.max((X - h) / c + .5, 0), 1);
+		let [f, m, h] = l(s, t, r, i), g = Math.min(Math.max((Y - h) / c + .5, 0), 1);
 		o.behind[2 * e] = a || n.environment !== "uniform" ? d(t, r, i) : 0;
 		let _ = s[1] + r * f >= 0;
 		if (g > 0 && f > 0 && _) {
@@ -955,13 +955,13 @@ function qe({ width: e, height: t, state: n, water: r }) {
 			s[0] + t * v,
 			0,
 			s[2] + i * v
-		], [b, , x] = l(y, t, -r, i), S = Math.min(Math.max((X - x) / c + .5, 0), 1);
+		], [b, , x] = l(y, t, -r, i), S = Math.min(Math.max((Y - x) / c + .5, 0), 1);
 		S <= 0 || b <= 0 || -r * b < 0 || (o.behind[2 * e + 1] = S, u(o.front, e, y, t, -r, i, b, p(-r)));
 	}), o;
 }
-function Je({ width: e, height: t }) {
-	let n = G(e, t, !0, !1), r = [5, 3], i = .14;
-	return q(e, t, [
+function Xe({ width: e, height: t }) {
+	let n = W(e, t, !0, !1), r = [5, 3], i = .14;
+	return K(e, t, [
 		0,
 		0,
 		20
@@ -969,41 +969,41 @@ function Je({ width: e, height: t }) {
 		0,
 		0,
 		0
-	], 2 * Math.atan(3.4 / 20) * W * Math.max(1, 5.3 / 3.4 * Math.min(t / e, 1)), (e, t, a, o) => {
+	], 2 * Math.atan(3.4 / 20) * U * Math.max(1, 5.3 / 3.4 * Math.min(t / e, 1)), (e, t, a, o) => {
 		let s = -20 / o, [c, l] = [t * s, a * s], [u, d] = [Math.abs(c), Math.abs(l)];
-		u > r[0] + i || d > r[1] + i ? n.behind[2 * e] = .004 : u > r[0] || d > r[1] ? n.behind[2 * e] = .03 : (K(n.front, e, (c / r[0] + 1) / 2, (1 - l / r[1]) / 2, -o, 1), n.behind[2 * e + 1] = 1);
+		u > r[0] + i || d > r[1] + i ? n.behind[2 * e] = .004 : u > r[0] || d > r[1] ? n.behind[2 * e] = .03 : (G(n.front, e, (c / r[0] + 1) / 2, (1 - l / r[1]) / 2, -o, 1), n.behind[2 * e + 1] = 1);
 	}), n;
 }
-function Ye({ width: e, height: t, state: n }) {
-	let r = G(e, t, !1, !1), i = Number(n.view_mm), [a, o] = [Number(n.radius_mm), Number(n.thickness_nm)], s = i / Math.min(e, t);
+function Ze({ width: e, height: t, state: n }) {
+	let r = W(e, t, !1, !1), i = Number(n.view_mm), [a, o] = [Number(n.radius_mm), Number(n.thickness_nm)], s = i / Math.min(e, t);
 	for (let n = 0; n < t; n++) for (let i = 0; i < e; i++) {
 		let c = ((i + .5 - e / 2) * s) ** 2 + ((n + .5 - t / 2) * s) ** 2, l = o + 1e6 * c / (a + Math.sqrt(a * a - c)), u = n * e + i;
-		K(r.front, u, l, 0, 1, 1), r.behind[2 * u + 1] = 1;
+		G(r.front, u, l, 0, 1, 1), r.behind[2 * u + 1] = 1;
 	}
 	return r;
 }
-function Xe({ width: e, height: t, state: n }) {
-	let r = U(String(n.environment)), i = G(e, t, !0, !1, !0), a = [
+function Qe({ width: e, height: t, state: n }) {
+	let r = H(String(n.environment)), i = W(e, t, !0, !1, !0), a = [
 		0,
 		.5,
 		.62
 	];
-	return q(e, t, a, [
+	return K(e, t, a, [
 		0,
 		0,
 		.06
 	], 40, (e, t, n, o) => {
 		if (i.behind[2 * e] = r(t, n, o), n > -.02) return;
 		let s = -a[1] / n;
-		K(i.front, e, t * s * .8 + .5, (o * s + a[2]) * .8 + .5, -n, r(t, -n, o)), i.behind[2 * e + 1] = 1;
+		G(i.front, e, t * s * .8 + .5, (o * s + a[2]) * .8 + .5, -n, r(t, -n, o)), i.behind[2 * e + 1] = 1;
 	}), i;
 }
-function Ze(e) {
-	let t = U(e);
+function $e(e) {
+	let t = H(e);
 	return e === "studio" ? (e, n, r) => t(e, -r, n) : t;
 }
-function Qe({ width: e, height: t, state: n }) {
-	let r = Ze(String(n.environment)), i = G(e, t, !1, !1), a = Number(n.angle_deg) / W, o = 1 / Math.min(e / 1.25, t), s = Number(n.thickness_nm), c = n.environment === "studio" ? 2.2 : 1, [l, u, d] = [
+function et({ width: e, height: t, state: n }) {
+	let r = $e(String(n.environment)), i = W(e, t, !1, !1), a = Number(n.angle_deg) / U, o = 1 / Math.min(e / 1.25, t), s = Number(n.thickness_nm), c = n.environment === "studio" ? 2.2 : 1, [l, u, d] = [
 		0,
 		-Math.cos(a),
 		-Math.sin(a)
@@ -1014,65 +1014,65 @@ function Qe({ width: e, height: t, state: n }) {
 		let [g, _] = [m, h - .13], v = Math.min(Math.max((.33 - Math.hypot(g, _)) / f + .5, 0), 1), y = Math.min(Math.max((.575 - Math.abs(m)) / f + .5, 0), Math.max((.085 - Math.abs(h + .36)) / f + .5, 0), 1);
 		if (v <= 0 && y <= 0) continue;
 		let b = v > 0 ? .75 : 0, [x, S] = [g * b, -_ * b], C = Math.sqrt(1 - x * x - S * S), w = l * x + u * C + d * S, T = r(l - 2 * w * x, u - 2 * w * C, d - 2 * w * S), ee = Math.min(Math.max((m / .575 + 1) / 2, 0), 1) * 110;
-		K(i.front, p, v > 0 ? s : 5 + Be * ee, 0, -w, v > 0 ? T : c), i.behind[2 * p + 1] = Math.max(v, y);
+		G(i.front, p, v > 0 ? s : 5 + He * ee, 0, -w, v > 0 ? T : c), i.behind[2 * p + 1] = Math.max(v, y);
 	}
 	return i;
 }
-function $e({ width: e, height: t, state: n }) {
-	let r = Ze(String(n.environment)), i = G(e, t, !1, !1), a = Number(n.angle_deg) / W, [o, s] = [Number(n.thickness_nm), Number(n.edge_nm)], c = [
+function tt({ width: e, height: t, state: n }) {
+	let r = $e(String(n.environment)), i = W(e, t, !1, !1), a = Number(n.angle_deg) / U, [o, s] = [Number(n.thickness_nm), Number(n.edge_nm)], c = [
 		0,
 		40 * Math.cos(a),
 		40 * Math.sin(a) + 1e-6
-	], l = Math.tan(17 / 2 / W) / (Math.min(e, t) / 2) * 40;
-	return q(e, t, c, [
+	], l = Math.tan(17 / 2 / U) / (Math.min(e, t) / 2) * 40;
+	return K(e, t, c, [
 		0,
 		0,
 		0
 	], 17, (e, t, n, a) => {
 		i.behind[2 * e] = .02;
 		let u = -c[1] / n, [d, f] = [t * u, c[2] + a * u], p = Math.hypot(d, f), m = Math.min(Math.max(Math.min(5 - p, 4.68 - f) / l + .5, 0), 1);
-		m <= 0 || (K(i.front, e, o + (s - o) * (p / 5) ** 2, 0, -n, r(t, -n, a)), i.behind[2 * e + 1] = m);
+		m <= 0 || (G(i.front, e, o + (s - o) * (p / 5) ** 2, 0, -n, r(t, -n, a)), i.behind[2 * e + 1] = m);
 	}), i;
 }
-function et({ width: e, height: t, state: n }) {
-	let r = G(e, t, !1, !1), i = Number(n.thickest_nm);
+function nt({ width: e, height: t, state: n }) {
+	let r = W(e, t, !1, !1), i = Number(n.thickest_nm);
 	for (let n = 0; n < t; n++) {
-		let a = Math.cos((n + .5) / t * 80 / W);
+		let a = Math.cos((n + .5) / t * 80 / U);
 		for (let t = 0; t < e; t++) {
 			let o = n * e + t;
-			K(r.front, o, (t + .5) / e * i, 0, a, Ie(0, 1, 0)), r.behind[2 * o + 1] = 1;
+			G(r.front, o, (t + .5) / e * i, 0, a, Re(0, 1, 0)), r.behind[2 * o + 1] = 1;
 		}
 	}
 	return r;
 }
-function tt(e) {
+function rt(e) {
 	switch (e.state.scene) {
-		case "rings": return Ye(e);
-		case "slick": return Xe(e);
-		case "titanium": return Qe(e);
-		case "wafer": return $e(e);
-		case "film": return et(e);
+		case "rings": return Ze(e);
+		case "slick": return Qe(e);
+		case "titanium": return et(e);
+		case "wafer": return tt(e);
+		case "film": return nt(e);
 		default: switch (e.state.preset) {
 			case "bubble-on-bath-preview":
-			case "late-preview": return qe(e);
-			case "vertical-film-preview": return Je(e);
-			default: return Ke(e);
+			case "late-preview": return Ye(e);
+			case "vertical-film-preview": return Xe(e);
+			default: return Je(e);
 		}
 	}
 }
-function nt(e, t, n, r) {
-	let { columns: i, rows: a, thickness_nm: o } = e, s = t * i - .5, c = r ? n * a - .5 : Math.min(Math.max(n * a - .5, 0), a - 1), [l, u] = [Math.floor(s), Math.floor(c)], [d, f] = [s - l, c - u], p = Z(l, i), m = Z(l + 1, i), h = (r ? Z(u, a) : Math.min(u, a - 1)) * i, g = (r ? Z(u + 1, a) : Math.min(u + 1, a - 1)) * i, _ = o[h + p] * (1 - d) + o[h + m] * d, v = o[g + p] * (1 - d) + o[g + m] * d;
+function it(e, t, n, r) {
+	let { columns: i, rows: a, thickness_nm: o } = e, s = t * i - .5, c = r ? n * a - .5 : Math.min(Math.max(n * a - .5, 0), a - 1), [l, u] = [Math.floor(s), Math.floor(c)], [d, f] = [s - l, c - u], p = X(l, i), m = X(l + 1, i), h = (r ? X(u, a) : Math.min(u, a - 1)) * i, g = (r ? X(u + 1, a) : Math.min(u + 1, a - 1)) * i, _ = o[h + p] * (1 - d) + o[h + m] * d, v = o[g + p] * (1 - d) + o[g + m] * d;
 	return _ * (1 - f) + v * f;
 }
-function Z(e, t) {
+function X(e, t) {
 	return (e % t + t) % t;
 }
 // src/draw/draft.ts
-var rt = 2, it = 512, at = 2048;
-function ot(e) {
-	let [t, n] = [e.first_nm, e.first_nm + (e.columns - 1) * e.step_nm], r = Math.ceil((n - t) / rt) + 1;
-	if (r > at) return null;
-	let [i, a] = e.range_deg, o = e.rows === 1 || i === a ? 1 : it, s = o === 1 ? 1 : (a - i) / (o - 1), c = new Uint32Array(o * r * 4), l = /* @__PURE__ */ new Float32Array(3), u = {
+var at = 2, ot = 512, st = 2048;
+function ct(e) {
+	let [t, n] = [e.first_nm, e.first_nm + (e.columns - 1) * e.step_nm], r = Math.ceil((n - t) / at) + 1;
+	if (r > st) return null;
+	let [i, a] = e.range_deg, o = e.rows === 1 || i === a ? 1 : ot, s = o === 1 ? 1 : (a - i) / (o - 1), c = new Uint32Array(o * r * 4), l = /* @__PURE__ */ new Float32Array(3), u = {
 		...e,
 		inverse_square: 0,
 		range_nm: [t, n]
@@ -1084,11 +1084,11 @@ function ot(e) {
 			0
 		];
 		for (let a = r - 1; a >= 0; a--) {
-			Oe(u, t + a * rt, i + e * s, l, 0);
+			ke(u, t + a * at, i + e * s, l, 0);
 			let [o, d, f] = [
-				lt(l[0]),
-				lt(l[1]),
-				lt(l[2])
+				dt(l[0]),
+				dt(l[1]),
+				dt(l[2])
 			], [p, m, h] = a === r - 1 ? [
 				o,
 				d,
@@ -1107,36 +1107,36 @@ function ot(e) {
 		texels: c,
 		axes: [
 			t,
-			rt,
+			at,
 			i,
 			s
 		]
 	};
 }
-var st = /* @__PURE__ */ new Float32Array(1), ct = new Uint32Array(st.buffer);
-function lt(e) {
-	st[0] = Math.min(Math.max(e, 0), 65504);
-	let t = ct[0] + 4096;
+var lt = /* @__PURE__ */ new Float32Array(1), ut = new Uint32Array(lt.buffer);
+function dt(e) {
+	lt[0] = Math.min(Math.max(e, 0), 65504);
+	let t = ut[0] + 4096;
 	return t < 947912704 ? 0 : t - 939524096 >> 13;
 }
 // src/draw/shader.ts
-var ut = [
+var ft = [
 	"FIELD",
 	"REPEATS",
 	"PASSES",
 	"DRAFT",
 	"ANSWER"
-], dt = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);\n  gl_Position = vec4(corner, 0.0, 1.0);\n}";
-function ft(e) {
-	return `#version 300 es\n${e.map((e) => `#define ${e}\n`).join("")}${pt}`;
+], pt = "#version 300 es\nvoid main() {\n  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);\n  gl_Position = vec4(corner, 0.0, 1.0);\n}";
+function mt(e) {
+	return `#version 300 es\n${e.map((e) => `#define ${e}\n`).join("")}${ht}`;
 }
-var pt = "precision highp float;\nprecision highp int;\nprecision highp sampler2D;\nuniform sampler2D front;    // place, angle in degrees (< 0: none), radiance\nuniform sampler2D back;\nuniform sampler2D behind;   // radiance, share covered by film\nuniform sampler2D field;    // thickness in nm of a cell, the one after it, the one below, the one below and after\nuniform sampler2D values;   // X, Y, Z at the nodes of the table\nuniform sampler2D slopes;\nuniform highp usampler2D draft; // for what moves: X, Y, Z of a node and of the next as six halves\nuniform vec4 draft_axes;    // first reduced thickness, 1 / step; first angle, 1 / step\nuniform ivec2 size;         // of the table: columns, rows\nuniform vec4 axes;          // first reduced thickness, step; first angle, step\nuniform vec4 limits;        // thickness from, to; angle from, to\nuniform float inverse_square;\nuniform vec3 white;\nuniform vec3 over_white;    // 1 / white\nuniform mat3 rgb_from_xyz;\nuniform float exposure;\nout vec4 color;\n\n// One texel a place: fetches are most of what a picture costs where there is no graphics device.\nfloat thickness_at(vec2 place) {\n  ivec2 cells = textureSize(field, 0);\n  place.x = fract(place.x);\n#ifdef REPEATS\n  place.y = fract(place.y);\n#endif\n  vec2 p = place * vec2(cells) - 0.5;\n#ifndef REPEATS\n  p.y = clamp(p.y, 0.0, float(cells.y - 1));\n#endif\n  vec2 low = floor(p);\n  vec2 f = p - low;\n  ivec2 cell = ivec2(low);\n  if (cell.x < 0) cell.x += cells.x;\n  if (cell.y < 0) cell.y += cells.y;\n  vec4 corners = texelFetch(field, cell, 0);\n  vec2 rows = mix(corners.xz, corners.yw, f.x);\n  return mix(rows.x, rows.y, f.y);\n}\n\n// sin^2 of an angle in degrees from 0 to 90, by a polynomial: what a driver's own sine is worth is not said anywhere.\nfloat sin_squared(float degrees) {\n  float x = degrees * 0.017453292519943295;\n  bool large = x > 0.7853981633974483;\n  if (large) x = 1.5707963267948966 - x;\n  float y = x * x;\n  float s = x * (1.0 + y * (-0.16666666667 + y * (0.00833333333 + y * (-0.000198412698 + y * 2.7557319e-6))));\n  return large ? 1.0 - s * s : s * s;\n}\n\nvec3 film(float nm, float degrees) {\n  float angle = clamp(degrees, limits.z, limits.w);\n  float v = clamp(nm, limits.x, limits.y) * sqrt(1.0 - sin_squared(angle) * inverse_square);\n#ifdef DRAFT\n  ivec2 last = textureSize(draft, 0) - 1;\n  float p = clamp((v - draft_axes.x) * draft_axes.y, 0.0, float(last.x));\n  float low = floor(p);\n  uvec4 six = texelFetch(draft, ivec2(int(low), min(int((angle - draft_axes.z) * draft_axes.w + 0.5), last.y)), 0);\n  vec2 middle = unpackHalf2x16(six.y);\n  return mix(vec3(unpackHalf2x16(six.x), middle.x), vec3(middle.y, unpackHalf2x16(six.z)), p - low);\n#else\n  float p = max((v - axes.x) / axes.y, 0.0);\n  int column = int(min(floor(p), float(size.x - 2)));\n  float f = p - float(column);\n  float g = 1.0 - f;\n  vec4 along = vec4((f * 2.0 + 1.0) * g * g, f * g * g, f * f * (3.0 - 2.0 * f), -(f * f * g));\n  int row = 0;\n  vec4 across = vec4(1.0, 0.0, 0.0, 0.0);\n  if (size.y > 1) {\n    float y = (angle - axes.z) / axes.w;\n    row = int(clamp(floor(y) - 1.0, 0.0, float(size.y - 4)));\n    float a = y - float(row);\n    float b = a - 1.0, c = a - 2.0, d = a - 3.0;\n    across = vec4(b * c * d / -6.0, a * c * d / 2.0, a * b * d / -2.0, a * b * c / 6.0);\n  }\n  vec3 sum = vec3(0.0);\n  int rows = size.y > 1 ? 4 : 1;\n  for (int k = 0; k < rows; k++) {\n    ivec2 here = ivec2(column, row + k);\n    ivec2 next = here + ivec2(1, 0);\n    sum += across[k] * (along.x * texelFetch(values, here, 0).xyz + along.y * texelFetch(slopes, here, 0).xyz\n      + along.z * texelFetch(values, next, 0).xyz + along.w * texelFetch(slopes, next, 0).xyz);\n  }\n  return sum;\n#endif\n}\n\nvec3 wall(vec4 w) {\n#ifdef FIELD\n  return film(thickness_at(w.xy), w.z);\n#else\n  return film(w.x, w.z);\n#endif\n}\n\n// The sRGB curve of 0 to 1 to 0.01 of a step of eight bits, by roots: x^(1/2.4) itself takes a logarithm and a power.\n// The numbers are a least-squares fit of 1.055 x^(1/2.4) - 0.055 over 0.0031308 to 1, its largest error weighed down.\nvec3 curve(vec3 x) {\n  vec3 s = sqrt(x);\n  vec3 q = sqrt(s);\n  vec3 high = 0.6539859249 * s + 0.6887108621 * q - 0.3184722845 * sqrt(q) - 0.0201880726 * x - 0.0040677372;\n  return mix(high, 12.92 * x, vec3(lessThanEqual(x, vec3(0.0031308))));\n}\n\nvoid main() {\n  ivec2 pixel = ivec2(gl_FragCoord.xy);\n#ifndef ANSWER\n  // The first row of the pixels is at the bottom of the screen.\n  pixel.y = textureSize(front, 0).y - 1 - pixel.y;\n#endif\n  vec4 near = texelFetch(front, pixel, 0);\n  vec2 rest = texelFetch(behind, pixel, 0).xy;\n  vec3 xyz = white * rest.x;\n  if (near.z >= 0.0) {\n    vec3 mirrored = wall(near);\n    vec3 seen = mirrored * near.w;\n#ifdef PASSES\n    vec3 through = 1.0 - mirrored * over_white;\n    vec4 far = texelFetch(back, pixel, 0);\n    vec3 beyond = white * rest.x;\n    if (far.z >= 0.0) {\n      vec3 inner = wall(far);\n      beyond = beyond * (1.0 - inner * over_white) + inner * through * far.w;\n    }\n    seen += beyond * through;\n#endif\n    xyz = mix(xyz, seen, rest.y);\n  }\n#ifdef ANSWER\n  color = vec4(xyz, 1.0);\n#else\n  vec3 rgb = rgb_from_xyz * xyz * exposure;\n  float luminance = clamp(xyz.y * exposure, 0.0, 1.0);\n  // Towards the grey of the same luminance until all fit: hue stays.\n  float least = min(rgb.x, min(rgb.y, rgb.z));\n  if (least < 0.0) rgb = luminance + (rgb - luminance) * luminance / max(luminance - least, 1e-9);\n  float most = max(rgb.x, max(rgb.y, rgb.z));\n  if (most > 1.0) rgb = luminance + (rgb - luminance) * (1.0 - luminance) / max(most - luminance, 1e-9);\n  rgb = clamp(rgb, 0.0, 1.0);\n  color = vec4(curve(rgb), 1.0);\n#endif\n}", mt = {
+var ht = "precision highp float;\nprecision highp int;\nprecision highp sampler2D;\nuniform sampler2D front;    // place, angle in degrees (< 0: none), radiance\nuniform sampler2D back;\nuniform sampler2D behind;   // radiance, share covered by film\nuniform sampler2D field;    // thickness in nm of a cell, the one after it, the one below, the one below and after\nuniform sampler2D values;   // X, Y, Z at the nodes of the table\nuniform sampler2D slopes;\nuniform highp usampler2D draft; // for what moves: X, Y, Z of a node and of the next as six halves\nuniform vec4 draft_axes;    // first reduced thickness, 1 / step; first angle, 1 / step\nuniform ivec2 size;         // of the table: columns, rows\nuniform vec4 axes;          // first reduced thickness, step; first angle, step\nuniform vec4 limits;        // thickness from, to; angle from, to\nuniform float inverse_square;\nuniform vec3 white;\nuniform vec3 over_white;    // 1 / white\nuniform mat3 rgb_from_xyz;\nuniform float exposure;\nout vec4 color;\n\n// One texel a place: fetches are most of what a picture costs where there is no graphics device.\nfloat thickness_at(vec2 place) {\n  ivec2 cells = textureSize(field, 0);\n  place.x = fract(place.x);\n#ifdef REPEATS\n  place.y = fract(place.y);\n#endif\n  vec2 p = place * vec2(cells) - 0.5;\n#ifndef REPEATS\n  p.y = clamp(p.y, 0.0, float(cells.y - 1));\n#endif\n  vec2 low = floor(p);\n  vec2 f = p - low;\n  ivec2 cell = ivec2(low);\n  if (cell.x < 0) cell.x += cells.x;\n  if (cell.y < 0) cell.y += cells.y;\n  vec4 corners = texelFetch(field, cell, 0);\n  vec2 rows = mix(corners.xz, corners.yw, f.x);\n  return mix(rows.x, rows.y, f.y);\n}\n\n// sin^2 of an angle in degrees from 0 to 90, by a polynomial: what a driver's own sine is worth is not said anywhere.\nfloat sin_squared(float degrees) {\n  float x = degrees * 0.017453292519943295;\n  bool large = x > 0.7853981633974483;\n  if (large) x = 1.5707963267948966 - x;\n  float y = x * x;\n  float s = x * (1.0 + y * (-0.16666666667 + y * (0.00833333333 + y * (-0.000198412698 + y * 2.7557319e-6))));\n  return large ? 1.0 - s * s : s * s;\n}\n\nvec3 film(float nm, float degrees) {\n  float angle = clamp(degrees, limits.z, limits.w);\n  float v = clamp(nm, limits.x, limits.y) * sqrt(1.0 - sin_squared(angle) * inverse_square);\n#ifdef DRAFT\n  ivec2 last = textureSize(draft, 0) - 1;\n  float p = clamp((v - draft_axes.x) * draft_axes.y, 0.0, float(last.x));\n  float low = floor(p);\n  uvec4 six = texelFetch(draft, ivec2(int(low), min(int((angle - draft_axes.z) * draft_axes.w + 0.5), last.y)), 0);\n  vec2 middle = unpackHalf2x16(six.y);\n  return mix(vec3(unpackHalf2x16(six.x), middle.x), vec3(middle.y, unpackHalf2x16(six.z)), p - low);\n#else\n  float p = max((v - axes.x) / axes.y, 0.0);\n  int column = int(min(floor(p), float(size.x - 2)));\n  float f = p - float(column);\n  float g = 1.0 - f;\n  vec4 along = vec4((f * 2.0 + 1.0) * g * g, f * g * g, f * f * (3.0 - 2.0 * f), -(f * f * g));\n  int row = 0;\n  vec4 across = vec4(1.0, 0.0, 0.0, 0.0);\n  if (size.y > 1) {\n    float y = (angle - axes.z) / axes.w;\n    row = int(clamp(floor(y) - 1.0, 0.0, float(size.y - 4)));\n    float a = y - float(row);\n    float b = a - 1.0, c = a - 2.0, d = a - 3.0;\n    across = vec4(b * c * d / -6.0, a * c * d / 2.0, a * b * d / -2.0, a * b * c / 6.0);\n  }\n  vec3 sum = vec3(0.0);\n  int rows = size.y > 1 ? 4 : 1;\n  for (int k = 0; k < rows; k++) {\n    ivec2 here = ivec2(column, row + k);\n    ivec2 next = here + ivec2(1, 0);\n    sum += across[k] * (along.x * texelFetch(values, here, 0).xyz + along.y * texelFetch(slopes, here, 0).xyz\n      + along.z * texelFetch(values, next, 0).xyz + along.w * texelFetch(slopes, next, 0).xyz);\n  }\n  return sum;\n#endif\n}\n\nvec3 wall(vec4 w) {\n#ifdef FIELD\n  return film(thickness_at(w.xy), w.z);\n#else\n  return film(w.x, w.z);\n#endif\n}\n\n// The sRGB curve of 0 to 1 to 0.01 of a step of eight bits, by roots: x^(1/2.4) itself takes a logarithm and a power.\n// The numbers are a least-squares fit of 1.055 x^(1/2.4) - 0.055 over 0.0031308 to 1, its largest error weighed down.\nvec3 curve(vec3 x) {\n  vec3 s = sqrt(x);\n  vec3 q = sqrt(s);\n  vec3 high = 0.6539859249 * s + 0.6887108621 * q - 0.3184722845 * sqrt(q) - 0.0201880726 * x - 0.0040677372;\n  return mix(high, 12.92 * x, vec3(lessThanEqual(x, vec3(0.0031308))));\n}\n\nvoid main() {\n  ivec2 pixel = ivec2(gl_FragCoord.xy);\n#ifndef ANSWER\n  // The first row of the pixels is at the bottom of the screen.\n  pixel.y = textureSize(front, 0).y - 1 - pixel.y;\n#endif\n  vec4 near = texelFetch(front, pixel, 0);\n  vec2 rest = texelFetch(behind, pixel, 0).xy;\n  vec3 xyz = white * rest.x;\n  if (near.z >= 0.0) {\n    vec3 mirrored = wall(near);\n    vec3 seen = mirrored * near.w;\n#ifdef PASSES\n    vec3 through = 1.0 - mirrored * over_white;\n    vec4 far = texelFetch(back, pixel, 0);\n    vec3 beyond = white * rest.x;\n    if (far.z >= 0.0) {\n      vec3 inner = wall(far);\n      beyond = beyond * (1.0 - inner * over_white) + inner * through * far.w;\n    }\n    seen += beyond * through;\n#endif\n    xyz = mix(xyz, seen, rest.y);\n  }\n#ifdef ANSWER\n  color = vec4(xyz, 1.0);\n#else\n  vec3 rgb = rgb_from_xyz * xyz * exposure;\n  float luminance = clamp(xyz.y * exposure, 0.0, 1.0);\n  // Towards the grey of the same luminance until all fit: hue stays.\n  float least = min(rgb.x, min(rgb.y, rgb.z));\n  if (least < 0.0) rgb = luminance + (rgb - luminance) * luminance / max(luminance - least, 1e-9);\n  float most = max(rgb.x, max(rgb.y, rgb.z));\n  if (most > 1.0) rgb = luminance + (rgb - luminance) * (1.0 - luminance) / max(most - luminance, 1e-9);\n  rgb = clamp(rgb, 0.0, 1.0);\n  color = vec4(curve(rgb), 1.0);\n#endif\n}", gt = {
 	columns: 1,
 	rows: 1,
 	thickness_nm: /* @__PURE__ */ new Float32Array(1)
-}, ht = class {
+}, _t = class {
 	constructor(e, t, n = !1) {
-		if (this.canvas = e, this.painter = null, this.drawn = "", this.geometry = null, this.table = null, this.field = mt, this.look = {
+		if (this.canvas = e, this.painter = null, this.drawn = "", this.geometry = null, this.table = null, this.field = gt, this.look = {
 			rgb_from_xyz: [
 				1,
 				0,
@@ -1150,11 +1150,11 @@ var pt = "precision highp float;\nprecision highp int;\nprecision highp sampler2
 			],
 			exposure: 1,
 			moving: !1
-		}, n) this.painter = new Tt(e);
+		}, n) this.painter = new Et(e);
 		else try {
-			this.painter = new _t(e, t);
+			this.painter = new vt(e, t);
 		} catch (n) {
-			console.info(`WebGL2 cannot be used: ${n instanceof Error ? n.message : n}`), e.getContext("webgl2") ? queueMicrotask(t) : this.painter = new Tt(e);
+			console.info(`WebGL2 cannot be used: ${n instanceof Error ? n.message : n}`), e.getContext("webgl2") ? queueMicrotask(t) : this.painter = new Et(e);
 		}
 	}
 	get kind() {
@@ -1182,7 +1182,7 @@ var pt = "precision highp float;\nprecision highp int;\nprecision highp sampler2
 		if (!n || e < 0 || t < 0 || e >= n.width || t >= n.height) return null;
 		let r = (t * n.width + e) * 4, [i, a, o] = n.front.subarray(r, r + 3);
 		return o < 0 ? null : {
-			thickness_nm: n.field ? nt(this.field, i, a, n.repeats) : i,
+			thickness_nm: n.field ? it(this.field, i, a, n.repeats) : i,
 			angle_deg: o,
 			place: [i, a]
 		};
@@ -1193,7 +1193,7 @@ var pt = "precision highp float;\nprecision highp int;\nprecision highp sampler2
 		let t = e.width * e.height, [n, r] = [new Float32Array(t).fill(NaN), new Float32Array(t).fill(NaN)];
 		for (let i = 0; i < t; i++) {
 			let t = i * 4;
-			e.front[t + 2] < 0 || (r[i] = e.front[t + 2], n[i] = e.field ? nt(this.field, e.front[t], e.front[t + 1], e.repeats) : e.front[t]);
+			e.front[t + 2] < 0 || (r[i] = e.front[t + 2], n[i] = e.field ? it(this.field, e.front[t], e.front[t + 1], e.repeats) : e.front[t]);
 		}
 		return {
 			width: e.width,
@@ -1207,13 +1207,13 @@ var pt = "precision highp float;\nprecision highp int;\nprecision highp sampler2
 		let { geometry: e, table: t } = this;
 		if (!e || !t) return [];
 		let n = [], r = /* @__PURE__ */ new Float32Array(3), i = e.width * e.height, a = Math.max(1, Math.floor(i / 4e3)) | 1;
-		for (let o = 0; o < i; o += a) e.front[o * 4 + 2] < 0 || (St(e, t, this.field, o, r, 0), n.push(r[1]));
+		for (let o = 0; o < i; o += a) e.front[o * 4 + 2] < 0 || (Ct(e, t, this.field, o, r, 0), n.push(r[1]));
 		return n.sort((e, t) => e - t);
 	}
 	dispose() {
 		this.painter?.dispose();
 	}
-}, gt = [
+}, Z = [
 	"front",
 	"back",
 	"behind",
@@ -1221,7 +1221,7 @@ var pt = "precision highp float;\nprecision highp int;\nprecision highp sampler2
 	"values",
 	"slopes",
 	"draft"
-], _t = class {
+], vt = class {
 	constructor(e, t) {
 		this.canvas = e, this.kind = "webgl2", this.programs = /* @__PURE__ */ new Map(), this.textures = /* @__PURE__ */ new Map(), this.held = /* @__PURE__ */ new Map(), this.corners = /* @__PURE__ */ new Float32Array(), this.geometry = null, this.table = null, this.drafted = null, this.hasDraft = !1, this.draftAxes = [
 			0,
@@ -1238,19 +1238,19 @@ var pt = "precision highp float;\nprecision highp int;\nprecision highp sampler2
 		if (!n) throw Error("no WebGL2 here");
 		this.gl = n;
 		let r = n.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? n.RENDERER;
-		this.software = /swiftshader|llvmpipe|softpipe|basic render/i.test(String(n.getParameter(r))), this.program([]), gt.forEach((e, t) => {
+		this.software = /swiftshader|llvmpipe|softpipe|basic render/i.test(String(n.getParameter(r))), this.program([]), Z.forEach((e, t) => {
 			let r = n.createTexture();
 			if (!r) throw Error("no texture");
 			n.activeTexture(n.TEXTURE0 + t), n.bindTexture(n.TEXTURE_2D, r);
 			for (let e of [n.TEXTURE_MIN_FILTER, n.TEXTURE_MAG_FILTER]) n.texParameteri(n.TEXTURE_2D, e, n.NEAREST);
 			this.textures.set(e, r);
-		}), this.setField(mt), this.lost = (e) => {
+		}), this.setField(gt), this.lost = (e) => {
 			e.preventDefault(), t();
 		}, e.addEventListener("webglcontextlost", this.lost);
 	}
 	program(e) {
 		let t = e.join(" "), n = this.programs.get(t);
-		return n || (n = new vt(this.gl, e), this.programs.set(t, n)), n;
+		return n || (n = new yt(this.gl, e), this.programs.set(t, n)), n;
 	}
 	fill(e, t, n, r, i) {
 		let a = this.gl, o = a.getParameter(a.MAX_TEXTURE_SIZE);
@@ -1261,7 +1261,7 @@ var pt = "precision highp float;\nprecision highp int;\nprecision highp sampler2
 			[a.RGB32F, a.RGB],
 			[a.RGBA32F, a.RGBA]
 		][r - 1];
-		a.activeTexture(a.TEXTURE0 + gt.indexOf(e)), a.bindTexture(a.TEXTURE_2D, this.textures.get(e)), a.pixelStorei(a.UNPACK_ALIGNMENT, 4);
+		a.activeTexture(a.TEXTURE0 + Z.indexOf(e)), a.bindTexture(a.TEXTURE_2D, this.textures.get(e)), a.pixelStorei(a.UNPACK_ALIGNMENT, 4);
 		let l = `${t} ${n} ${r}`;
 		this.held.get(e) === l ? a.texSubImage2D(a.TEXTURE_2D, 0, 0, 0, t, n, c, a.FLOAT, i) : a.texImage2D(a.TEXTURE_2D, 0, s, t, n, 0, c, a.FLOAT, i), this.held.set(e, l);
 	}
@@ -1271,7 +1271,7 @@ var pt = "precision highp float;\nprecision highp int;\nprecision highp sampler2
 	}
 	fillDraft({ rows: e, columns: t, texels: n, axes: r }) {
 		let i = this.gl;
-		i.activeTexture(i.TEXTURE0 + gt.indexOf("draft")), i.bindTexture(i.TEXTURE_2D, this.textures.get("draft")), i.texImage2D(i.TEXTURE_2D, 0, i.RGBA32UI, t, e, 0, i.RGBA_INTEGER, i.UNSIGNED_INT, n), this.draftAxes = [
+		i.activeTexture(i.TEXTURE0 + Z.indexOf("draft")), i.bindTexture(i.TEXTURE_2D, this.textures.get("draft")), i.texImage2D(i.TEXTURE_2D, 0, i.RGBA32UI, t, e, 0, i.RGBA_INTEGER, i.UNSIGNED_INT, n), this.draftAxes = [
 			r[0],
 			1 / r[1],
 			r[2],
@@ -1281,7 +1281,7 @@ var pt = "precision highp float;\nprecision highp int;\nprecision highp sampler2
 	draftReady() {
 		if (this.drafted === this.table || !this.table) return this.hasDraft;
 		this.drafted = this.table;
-		let e = ot(this.table);
+		let e = ct(this.table);
 		return this.hasDraft = !!e, e && this.fillDraft(e), this.hasDraft;
 	}
 	setTable(e) {
@@ -1312,7 +1312,7 @@ var pt = "precision highp float;\nprecision highp int;\nprecision highp sampler2
 			PASSES: i.passes,
 			DRAFT: e.moving && this.draftReady(),
 			ANSWER: t
-		}, o = this.program(ut.filter((e) => a[e]));
+		}, o = this.program(ft.filter((e) => a[e]));
 		o.use(), n.uniform2i(o.place("size"), r.columns, r.rows), n.uniform4f(o.place("axes"), r.first_nm, r.step_nm, r.first_deg, r.step_deg), n.uniform4f(o.place("limits"), ...r.range_nm, ...r.range_deg), n.uniform1f(o.place("inverse_square"), r.inverse_square);
 		let [s, c, l] = r.white;
 		n.uniform3f(o.place("white"), s, c, l), n.uniform3f(o.place("over_white"), 1 / s, 1 / c, 1 / l), n.uniform4f(o.place("draft_axes"), ...this.draftAxes), n.uniformMatrix3fv(o.place("rgb_from_xyz"), !0, Float32Array.from(e.rgb_from_xyz)), n.uniform1f(o.place("exposure"), e.exposure), n.drawArrays(n.TRIANGLES, 0, 3);
@@ -1350,9 +1350,9 @@ var pt = "precision highp float;\nprecision highp int;\nprecision highp sampler2
 		for (let e of this.textures.values()) this.gl.deleteTexture(e);
 		for (let e of this.programs.values()) e.dispose();
 	}
-}, vt = class {
+}, yt = class {
 	constructor(e, t) {
-		this.gl = e, this.places = /* @__PURE__ */ new Map(), this.program = yt(e, ft(t)), e.useProgram(this.program), gt.forEach((t, n) => e.uniform1i(this.place(t), n));
+		this.gl = e, this.places = /* @__PURE__ */ new Map(), this.program = bt(e, mt(t)), e.useProgram(this.program), Z.forEach((t, n) => e.uniform1i(this.place(t), n));
 	}
 	use() {
 		this.gl.useProgram(this.program);
@@ -1364,10 +1364,10 @@ var pt = "precision highp float;\nprecision highp int;\nprecision highp sampler2
 		this.gl.deleteProgram(this.program);
 	}
 };
-function yt(e, t) {
+function bt(e, t) {
 	let n = e.createProgram();
 	if (!n) throw Error("no program");
-	for (let [r, i] of [[e.VERTEX_SHADER, dt], [e.FRAGMENT_SHADER, t]]) {
+	for (let [r, i] of [[e.VERTEX_SHADER, pt], [e.FRAGMENT_SHADER, t]]) {
 		let t = e.createShader(r);
 		if (!t) throw Error("no shader");
 		if (e.shaderSource(t, i), e.compileShader(t), !e.getShaderParameter(t, e.COMPILE_STATUS)) throw Error(e.getShaderInfoLog(t) ?? "a shader");
@@ -1376,27 +1376,27 @@ function yt(e, t) {
 	if (e.linkProgram(n), !e.getProgramParameter(n, e.LINK_STATUS)) throw Error(e.getProgramInfoLog(n) ?? "the program");
 	return n;
 }
-var bt = /* @__PURE__ */ new Float64Array(3), xt = /* @__PURE__ */ new Float64Array(3);
-function St(e, t, n, r, i, a) {
+var xt = /* @__PURE__ */ new Float64Array(3), St = /* @__PURE__ */ new Float64Array(3);
+function Ct(e, t, n, r, i, a) {
 	let { front: o, back: s, behind: c, passes: l } = e, u = r * 4, [d, f] = [c[2 * r], c[2 * r + 1]], p = o[u + 2] >= 0, m = p && l && s[u + 2] >= 0;
-	p && Ct(e, t, n, o, u, bt), m && Ct(e, t, n, s, u, xt);
+	p && wt(e, t, n, o, u, xt), m && wt(e, t, n, s, u, St);
 	for (let e = 0; e < 3; e++) {
 		let n = t.white[e], r = n * d;
 		if (p) {
-			let t = bt[e] * o[u + 3];
+			let t = xt[e] * o[u + 3];
 			if (l) {
-				let r = 1 - bt[e] / n, i = n * d;
-				m && (i = i * (1 - xt[e] / n) + xt[e] * r * s[u + 3]), t += i * r;
+				let r = 1 - xt[e] / n, i = n * d;
+				m && (i = i * (1 - St[e] / n) + St[e] * r * s[u + 3]), t += i * r;
 			}
 			r += (t - r) * f;
 		}
 		i[a + e] = r;
 	}
 }
-function Ct(e, t, n, r, i, a) {
-	Oe(t, e.field ? nt(n, r[i], r[i + 1], e.repeats) : r[i], r[i + 2], a, 0);
-}
 function wt(e, t, n, r, i, a) {
+	ke(t, e.field ? it(n, r[i], r[i + 1], e.repeats) : r[i], r[i + 2], a, 0);
+}
+function Tt(e, t, n, r, i, a) {
 	let o = r.rgb_from_xyz, s = r.exposure, c = [
 		0,
 		3,
@@ -1407,9 +1407,9 @@ function wt(e, t, n, r, i, a) {
 		i[a + e] = 255 * (t <= .0031308 ? 12.92 * t : 1.055 * t ** (1 / 2.4) - .055);
 	}
 }
-var Tt = class {
+var Et = class {
 	constructor(e) {
-		this.kind = "canvas", this.software = !0, this.geometry = null, this.table = null, this.field = mt;
+		this.kind = "canvas", this.software = !0, this.geometry = null, this.table = null, this.field = gt;
 		let t = e.getContext("2d");
 		if (!t) throw Error("this browser has no canvas");
 		this.context = t;
@@ -1426,12 +1426,12 @@ var Tt = class {
 	draw(e) {
 		if (!this.geometry || !this.table) return;
 		let { width: t, height: n } = this.geometry, r = this.context.createImageData(t, n), i = /* @__PURE__ */ new Float32Array(3);
-		for (let a = 0; a < t * n; a++) St(this.geometry, this.table, this.field, a, i, 0), wt(i[0], i[1], i[2], e, r.data, 4 * a), r.data[4 * a + 3] = 255;
+		for (let a = 0; a < t * n; a++) Ct(this.geometry, this.table, this.field, a, i, 0), Tt(i[0], i[1], i[2], e, r.data, 4 * a), r.data[4 * a + 3] = 255;
 		this.context.putImageData(r, 0, 0);
 	}
 	xyz() {
 		let e = this.geometry, t = e.width * e.height, n = new Float32Array(t * 3);
-		for (let r = 0; r < t; r++) St(e, this.table, this.field, r, n, 3 * r);
+		for (let r = 0; r < t; r++) Ct(e, this.table, this.field, r, n, 3 * r);
 		return n;
 	}
 	dispose() {
@@ -1439,7 +1439,7 @@ var Tt = class {
 	}
 };
 // src/text/strings.ts
-function Et(e) {
+function Dt(e) {
 	return [
 		"zeroth",
 		"first",
@@ -1567,7 +1567,7 @@ var Q = {
 	told: "formula",
 	measured: "measured",
 	reflectance: "reflectance",
-	order: (e) => `${Et(e)} order`,
+	order: (e) => `${Dt(e)} order`,
 	seen: (e, t, n, r) => `film ${e} nm at ${t} degrees: ${n}${r ? `, ${r}` : ""}`,
 	bubble_facts: (e, t, n, r) => `${e} s old; thickness ${n} to ${r} nm, mean ${t} nm`,
 	slick_seen: (e, t) => `oil from 20 to ${e} nm thick under ${t}`,
@@ -1624,7 +1624,7 @@ var Q = {
 	top: 10,
 	bottom: 30
 };
-function Dt(e) {
+function Ot(e) {
 	let t = 10 ** Math.floor(Math.log10(Math.max(e, 1e-4)));
 	return [
 		1,
@@ -1634,10 +1634,10 @@ function Dt(e) {
 		10
 	].map((e) => e * t).find((t) => t >= e) ?? e;
 }
-function Ot(e, t, n) {
+function kt(e, t, n) {
 	let [r, i] = [t[0], t[t.length - 1]], a = 0;
 	for (let e of n) for (let t = 0; t < e.values.length; t++) a = Math.max(a, e.values[t]);
-	let o = Dt(a), s = (e) => $.left + (e - r) / (i - r) * ($.width - $.left - $.right), c = (e) => $.height - $.bottom - e / o * ($.height - $.top - $.bottom), l = (e) => Array.from(e, (e, n) => `${n ? "L" : "M"}${s(t[n]).toFixed(1)} ${c(e).toFixed(1)}`).join(""), u = [
+	let o = Ot(a), s = (e) => $.left + (e - r) / (i - r) * ($.width - $.left - $.right), c = (e) => $.height - $.bottom - e / o * ($.height - $.top - $.bottom), l = (e) => Array.from(e, (e, n) => `${n ? "L" : "M"}${s(t[n]).toFixed(1)} ${c(e).toFixed(1)}`).join(""), u = [
 		400,
 		500,
 		600,
@@ -1654,14 +1654,14 @@ function Ot(e, t, n) {
     <svg viewBox="0 0 ${$.width} ${$.height}" role="img" aria-label=${e}>
       <defs>
         <linearGradient id="rainbow">
-          ${kt.map(([e, t]) => N`<stop offset=${(e - r) / (i - r)} stop-color=${t}></stop>`)}
+          ${At.map(([e, t]) => pe`<stop offset=${(e - r) / (i - r)} stop-color=${t}></stop>`)}
         </linearGradient>
       </defs>
       <rect x=${$.left} y=${$.height - $.bottom} width=${$.width - $.left - $.right} height="5" fill="url(#rainbow)"></rect>
-      ${d.map((e) => N`<line class="grid" x1=${$.left} x2=${$.width - $.right} y1=${c(e)} y2=${c(e)}></line>
+      ${d.map((e) => pe`<line class="grid" x1=${$.left} x2=${$.width - $.right} y1=${c(e)} y2=${c(e)}></line>
           <text x=${$.left - 5} y=${c(e) + 4} text-anchor="end">${String(Number((100 * e).toPrecision(3)))}%</text>`)}
-      ${u.map((e) => N`<text x=${s(e)} y=${$.height - 8} text-anchor="middle">${e} nm</text>`)}
-      ${n.map((e) => N`<path class="curve ${e.kind}" d=${l(e.values)}></path>`)}
+      ${u.map((e) => pe`<text x=${s(e)} y=${$.height - 8} text-anchor="middle">${e} nm</text>`)}
+      ${n.map((e) => pe`<path class="curve ${e.kind}" d=${l(e.values)}></path>`)}
     </svg>
     ${n.length > 1 ? M`<figcaption>${n.map((e) => M`<span class="key ${e.kind}">${e.name}</span>`)}</figcaption>` : ""}
     <details>
@@ -1676,7 +1676,7 @@ function Ot(e, t, n) {
     </details>
   </figure>`;
 }
-var kt = [
+var At = [
 	[390, "#2a0052"],
 	[430, "#3300cc"],
 	[470, "#0066ff"],
@@ -1687,7 +1687,7 @@ var kt = [
 	[640, "#e60000"],
 	[700, "#8c0000"],
 	[770, "#2e0000"]
-], At = 360, jt = 60, Mt = 380, Nt = 2;
+], jt = 360, Mt = 60, Nt = 2;
 function Pt(e) {
 	return e instanceof DataView ? new Float32Array(e.buffer.slice(e.byteOffset, e.byteOffset + e.byteLength)) : /* @__PURE__ */ new Float32Array();
 }
@@ -1731,14 +1731,14 @@ function Lt({ model: e, el: t }) {
 	let n = e.get("kind"), r = document.createElement("div");
 	r.className = "iridesce-widget", t.append(r);
 	let i = document.createElement("canvas");
-	i.width = i.height = At, i.setAttribute("role", "img");
-	let a = new ht(i, () => d()), o = document.createElement("div"), s = document.createElement("div"), c = document.createElement("div");
+	i.width = i.height = jt, i.setAttribute("role", "img");
+	let a = new _t(i, () => d()), o = document.createElement("div"), s = document.createElement("div"), c = document.createElement("div");
 	c.className = "iridesce-seen", c.append(a.canvas), r.append(c, o, s);
 	let l = () => {
-		let t = n === "film" ? Math.round(At * 4 / 3) : At, r = { ...Ue(n === "film" ? "film" : "bubble") };
-		n === "film" ? r.thickest_nm = e.get("_shape")[2] ?? 1200 : r.preset = "free-bubble-preview", a.setGeometry(tt({
+		let t = n === "film" ? Math.round(jt * 4 / 3) : jt, r = { ...Ge(n === "film" ? "film" : "bubble") };
+		n === "film" ? r.thickest_nm = e.get("_shape")[2] ?? 1200 : r.preset = "free-bubble-preview", a.setGeometry(rt({
 			width: t,
-			height: At,
+			height: jt,
 			state: r,
 			water: () => /* @__PURE__ */ new Float64Array(91)
 		}));
@@ -1761,14 +1761,14 @@ function Lt({ model: e, el: t }) {
 			exposure: .82 / r
 		}, a.draw(), a.canvas.setAttribute("aria-label", String(e.get("_words")));
 	}, f, p = (t, n) => {
-		e.set(t, n), clearTimeout(f), f = setTimeout(() => e.save_changes(), jt);
+		e.set(t, n), clearTimeout(f), f = setTimeout(() => e.save_changes(), Mt);
 	}, m = () => {
 		let [t, r, i] = [
 			e.get("thickness_nm"),
 			e.get("angle_deg"),
 			e.get("illuminant")
-		], a = e.get("_shape")[2] ?? 1200, c = Re.includes(i) ? Re : [...Re, i];
-		we(M`<label>${n === "bubble" ? Q.keysOf["bubble thickness_nm"] : Q.keys.thickness_nm}
+		], a = e.get("_shape")[2] ?? 1200, c = Be.includes(i) ? Be : [...Be, i];
+		Te(M`<label>${n === "bubble" ? Q.keysOf["bubble thickness_nm"] : Q.keys.thickness_nm}
           <input type="range" min="0" max=${n === "bubble" ? Math.floor(a / 2) : a} step="1" .value=${String(t)} @input=${(e) => p("thickness_nm", e.target.valueAsNumber)} />
           <output>${t.toFixed(0)} nm</output></label>
         <label>${Q.keys.angle_deg}
@@ -1783,8 +1783,8 @@ function Lt({ model: e, el: t }) {
 		l && (l.style.backgroundColor = String(e.get("_srgb")));
 		let u = Pt(e.get("_spectrum"));
 		if (u.length > 1) {
-			let t = Float64Array.from(u, (e, t) => Mt + Nt * t);
-			we(Ot(String(e.get("_words")), t, [{
+			let t = Float64Array.from(u, (e, t) => je[0] + Nt * t);
+			Te(kt(String(e.get("_words")), t, [{
 				name: Q.reflectance,
 				kind: "first",
 				values: u
@@ -1820,7 +1820,7 @@ function Lt({ model: e, el: t }) {
 }
 function Rt(e, t, n) {
 	let r = Ft(e), i = /* @__PURE__ */ new Float64Array(3);
-	return r && Oe(r, t, n, i, 0), Array.from(i);
+	return r && ke(r, t, n, i, 0), Array.from(i);
 }
 var zt = { render: Lt };
 export { Rt as colorAt, zt as default };

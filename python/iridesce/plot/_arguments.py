@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from iridesce.arguments.operands import Floats, real_operand
 from iridesce.arguments.refusals import Words, complaint, refusal, within
+from iridesce.color.films import GREY_NM
 from iridesce.optics.medium import Medium
 from iridesce.optics.stack_text import parse_items
 from iridesce.plot._style import number
@@ -18,9 +19,6 @@ from iridesce.stack import Layer, Stack
 
 StackLike: TypeAlias = "Stack | str"
 Stacks: TypeAlias = "StackLike | Sequence[StackLike] | Mapping[str, StackLike]"
-
-# Films a tenth of a millimetre thick are grey to every eye, and a chart of thicker ones would take minutes.
-THICKEST_NM = 1e5
 
 
 @dataclass(frozen=True)
@@ -189,9 +187,9 @@ def samples(
         raise refusal(name, "two numbers, the ends of a range, or an ascending array", value)
     if not (np.diff(given) > 0.0).all():
         raise complaint(f"{name} must ascend, got {value!r:.80}", name, "ascending", value)
-    if given[-1] > THICKEST_NM:
+    if given[-1] > GREY_NM:
         raise refusal(
-            name, f"at most {THICKEST_NM:g} nm in a chart (such films have no colour left)", Words(f"{given[-1]:g}")
+            name, f"at most {GREY_NM:g} nm in a chart (such films have no colour left)", Words(f"{given[-1]:g}")
         )
     if given.size > 2:
         return given.copy()

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from iridesce import _core
 from iridesce.arguments.operands import Floats, real_operand
 from iridesce.arguments.refusals import complaint, refusal
 from iridesce.optics.medium import Medium, MediumLike
+from iridesce.optics.wavelengths import VISIBLE_NM
 from iridesce.plot._style import SMALL, Theme, begin, heading
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def _wavelengths(medium: Medium, value: ArrayLike | None) -> Floats:
         first, last = medium.range_nm or _SHOWN_NM
         low, high = max(first, _SHOWN_NM[0]), min(last, _SHOWN_NM[1])
         if medium.extension is not None:
-            low, high = min(low, _core.VISIBLE_NM[0]), max(high, _core.VISIBLE_NM[1])
+            low, high = min(low, VISIBLE_NM[0]), max(high, VISIBLE_NM[1])
         if not low < high:  # data of another part of the spectrum
             low, high = first, last
         if not low < high:
@@ -112,7 +112,7 @@ def _index(medium: Medium, wavelengths: Floats) -> tuple[NDArray[np.complex128],
         outside = (wavelengths < span[0] * (1.0 - 1e-12)) | (wavelengths > span[1] * (1.0 + 1e-12))
         if not outside.all():
             wavelengths = np.where(outside, wavelengths, np.clip(wavelengths, *span))
-    reached = (wavelengths >= _core.VISIBLE_NM[0]) & (wavelengths <= _core.VISIBLE_NM[1])
+    reached = (wavelengths >= VISIBLE_NM[0]) & (wavelengths <= VISIBLE_NM[1])
     if not outside.any() or medium.extension is None or not reached[outside].all():
         return np.asarray(medium.index(wavelengths)), outside  # its error names what is out of reach
     return np.asarray(medium._core.index_extended(np.ascontiguousarray(wavelengths))[0]), outside

@@ -14,6 +14,7 @@ from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.color.screen import monochromatic
 from iridesce.optics.layer import check_one_thickness
 from iridesce.optics.stack_text import parse_items
+from iridesce.optics.wavelengths import SPECTRUM_NM
 from iridesce.plot._arguments import StackLike, Stacks, angles, listed, stack_name, words
 from iridesce.plot._style import Theme, begin, heading, legend, number
 from iridesce.stack import Stack
@@ -25,7 +26,6 @@ _QUANTITIES = ("reflectance", "transmittance", "absorptance")
 _POLARIZATIONS = ("unpolarized", "s", "p")
 _MOST_CURVES = 24
 _DASHES = ("solid", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
-_BAND_NM = (380.0, 780.0)
 
 
 def spectrum(
@@ -147,9 +147,9 @@ def _wavelengths(value: ArrayLike) -> Floats:
 def _known_visible(stacks: list[Stack]) -> tuple[float, float]:
     """What all media have data for within the visible; all of it where they share nothing, for the error of the stack."""
     spans = [span for stack in stacks for medium in stack.media if (span := medium.range_nm) is not None]
-    low = max([_BAND_NM[0], *(span[0] for span in spans)])
-    high = min([_BAND_NM[1], *(span[1] for span in spans)])
-    return (low, high) if low < high else _BAND_NM
+    low = max([SPECTRUM_NM[0], *(span[0] for span in spans)])
+    high = min([SPECTRUM_NM[1], *(span[1] for span in spans)])
+    return (low, high) if low < high else SPECTRUM_NM
 
 
 def _stack(stack: StackLike) -> Stack:
@@ -180,7 +180,7 @@ def _band(ax: Axes, theme: Theme) -> None:
     for old in [one for one in ax.collections if one.get_gid() == "visible"]:
         old.remove()
     left, right = ax.get_xlim()
-    start, end = max(left, _BAND_NM[0]), min(right, _BAND_NM[1])
+    start, end = max(left, SPECTRUM_NM[0]), min(right, SPECTRUM_NM[1])
     if start >= end:
         return
     figure = ax.get_figure(root=True)

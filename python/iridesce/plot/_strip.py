@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from iridesce import _core, color
+from iridesce import color
 from iridesce.arguments.operands import Floats
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.color.screen import gains, gains_in_words, readable_on, screen
+from iridesce.optics.wavelengths import VISIBLE_NM, in_steps
 from iridesce.plot._arguments import Family, Stacks, angles, even, family, listed, samples
 from iridesce.plot._style import SMALL, Theme, begin, circumstances, heading, number, shortened
 
@@ -189,8 +190,7 @@ def _colors(
 
 def newton_xyz(retardation_nm: Floats, light: color.Illuminant, observer: str = "cie1931") -> Floats:
     """XYZ of sin^2(pi G / lambda), the scale with a black centre: (..., 3)."""
-    first, last = _core.VISIBLE_NM
-    wavelength_nm = np.arange(first, last + 1.0)
+    wavelength_nm = in_steps(VISIBLE_NM, 1.0)
     spectra = np.sin(np.pi * retardation_nm[..., None] / wavelength_nm) ** 2
     return color.spectrum_to_xyz(wavelength_nm, spectra, light, observer)
 

@@ -18,6 +18,7 @@ from iridesce.arguments.refusals import complaint, refusal, within
 from iridesce.image import Image
 from iridesce.optics.layer import Layer
 from iridesce.optics.medium import as_medium
+from iridesce.optics.wavelengths import SPECTRUM_NM, in_steps
 from iridesce.rendering import render
 from iridesce.scene import Scene
 from iridesce.stack import Stack
@@ -39,7 +40,7 @@ QUANTITIES: dict[str, tuple[str, ...]] = {
     "delta": _LIGHT[:2],
 }
 # Wavelengths of a spectrum whose points name none: those of `iridesce spectrum`.
-SPECTRUM_NM = np.arange(380.0, 780.5, 1.0)
+UNNAMED_NM = in_steps(SPECTRUM_NM, 1.0)
 _LAYER_KEYS = ("thickness_nm", "medium", "coherent")
 
 # A picture of up to so many camera rays is drawn beside others on one thread, a larger one by all threads.
@@ -186,7 +187,7 @@ class StackSubject:
             light["illuminant"] = self.folder / lamp
         if self.quantity == "color":
             return stack.color(**light)
-        light.setdefault("wavelength_nm", SPECTRUM_NM)
+        light.setdefault("wavelength_nm", UNNAMED_NM)
         if self.quantity in ("psi", "delta"):
             angles = stack.ellipsometry(light["wavelength_nm"], light.get("angle_deg", 0.0), threads=threads)
             return angles[self.quantity == "delta"]
@@ -228,8 +229,8 @@ class StackSubject:
         if self.quantity == "color" and shape == (3,) and constant.get("space", "xyz") is not None:
             names = {"xyz": "XYZ", "xyy": "xyY", "lab": "Lab", "lch": "LCh", "oklab": "Lab"}
             return [Axis("channel", list(names.get(constant.get("space", "xyz"), "RGB")))]
-        if "wavelength_nm" not in constant and len(shape) >= 1 and shape[0] == len(SPECTRUM_NM):
-            return [Axis("wavelength_nm", SPECTRUM_NM), *plain[1:]]
+        if "wavelength_nm" not in constant and len(shape) >= 1 and shape[0] == len(UNNAMED_NM):
+            return [Axis("wavelength_nm", UNNAMED_NM), *plain[1:]]
         return plain
 
     def moved(self, folder: Path) -> StackSubject:

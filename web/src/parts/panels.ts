@@ -5,6 +5,7 @@ import { ref } from "lit/directives/ref.js";
 import type { App } from "../app";
 import type { Core } from "../core/core";
 import { lookUp } from "../core/look-up";
+import { SPECTRUM_NM, VISIBLE_NM, inSteps } from "../core/wavelengths";
 import { CHART_DEG } from "../draw/geometry";
 import { filled } from "../state/keys";
 import { TEXT } from "../text/strings";
@@ -13,7 +14,7 @@ import { orderEnds } from "../text/words";
 import { measuredRadii } from "./radii";
 import { brightening, paintStrip, square } from "./swatch";
 
-const WAVELENGTHS = Float64Array.from({ length: 201 }, (_, i) => 380 + 2 * i);
+const WAVELENGTHS = inSteps(SPECTRUM_NM, 2);
 const STRIP = 480;
 
 let locus: Float64Array | null = null;
@@ -23,7 +24,7 @@ function locusOf(core: Core): Float64Array {
   const table = core.call("observer_table").result;
   const points: number[] = [];
   for (let nm = 390; nm <= 700; nm += 2) {
-    const [x, y, z] = table.subarray(3 * (nm - 360), 3 * (nm - 360) + 3);
+    const [x, y, z] = table.subarray(3 * (nm - VISIBLE_NM[0]), 3 * (nm - VISIBLE_NM[0]) + 3);
     points.push(x / (x + y + z), y / (x + y + z));
   }
   return (locus = Float64Array.from(points));

@@ -2,6 +2,7 @@
 
 import type { App } from "../app";
 import type { Core } from "../core/core";
+import { SPECTRUM_NM, inSteps } from "../core/wavelengths";
 import { filled, writeLink } from "../state/keys";
 import { TEXT } from "../text/strings";
 
@@ -63,7 +64,7 @@ function ringRows({ state, layer }: App, core: Core): string {
 }
 
 function spectrumRows({ state }: App, core: Core): string {
-  const wavelengths = Float64Array.from({ length: 401 }, (_, i) => 380 + i);
+  const wavelengths = inSteps(SPECTRUM_NM, 1);
   const angle = Number(state["angle_deg"]);
   const now = filled(String(state["stack"]), Number(state["thickness_nm"]));
   const values = core.spectrum(now, wavelengths, angle);

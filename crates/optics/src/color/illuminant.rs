@@ -87,7 +87,9 @@ impl Illuminant {
             Illuminant { name: label.to_string(), continuous: Continuous::Table(Arc::new(table)), lines: Arc::new([]) };
         match made.white(Observer::Cie1931)[1] {
             y if y > 0.0 && y.is_finite() => Ok(made),
-            _ => Err(OpticsError::Data(format!("{label}: the illuminant gives no visible light within 360..830 nm"))),
+            _ => Err(OpticsError::Data(format!(
+                "{label}: the illuminant gives no visible light within {FIRST_NM}..{LAST_NM} nm"
+            ))),
         }
     }
 

@@ -267,13 +267,17 @@ impl Medium {
         }
         let asked = self.asked_outside(wavelength_nm, "");
         if !self.0.builtin {
+            let (first, last) = VISIBLE_NM;
             return Err(OpticsError::OutsideData(format!(
                 "{asked}. Colour sums and renders continue only built-in media beyond their data: \
-                 give data for the whole of the wavelengths used (360-830 nm unless wavelength_nm says otherwise)"
+                 give data for the whole of the wavelengths used ({first}-{last} nm unless wavelength_nm says otherwise)"
             )));
         }
-        if !(VISIBLE_NM.0..=VISIBLE_NM.1).contains(&wavelength_nm) {
-            return Err(OpticsError::OutsideData(format!("{asked}; its stated extension ends at 360 and 830 nm")));
+        let (first, last) = VISIBLE_NM;
+        if !(first..=last).contains(&wavelength_nm) {
+            return Err(OpticsError::OutsideData(format!(
+                "{asked}; its stated extension ends at {first} and {last} nm"
+            )));
         }
         let index = match &self.0.index {
             Index::Constant(index) => *index,

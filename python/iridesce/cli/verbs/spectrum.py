@@ -45,8 +45,9 @@ def verb(
     if output is not None and not plotted:
         rows.check(output)
     import iridesce as ir
+    from iridesce.optics.wavelengths import SPECTRUM_NM
 
-    wavelength_nm = wavelength_grid(*ends(range_, from_, to, (380.0, 780.0)), step)
+    wavelength_nm = wavelength_grid(*ends(range_, from_, to, SPECTRUM_NM), step)
     degrees = angles_in_degrees(angle)
     if plotted and resolution != 0.0:
         raise typer.BadParameter("a plot shows the stack itself: leave out --resolution", param_hint="--resolution")

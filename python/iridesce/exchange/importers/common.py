@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from iridesce import _core
 from iridesce.arguments.operands import Floats
 
 MOST_BYTES = 2**28
@@ -89,7 +90,8 @@ def checked_nm(found: Import, label: str, where: str, nm: float, unit: str) -> f
 
 def luminance(rgb: Sequence[float]) -> float:
     """Of linear Rec.709 red, green and blue (ITU-R BT.709-6)."""
-    return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
+    red, green, blue = _core.REC709_LUMINANCE
+    return red * rgb[0] + green * rgb[1] + blue * rgb[2]
 
 
 def index_of_f0(f0: float) -> float:

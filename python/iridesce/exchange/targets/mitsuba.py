@@ -24,8 +24,9 @@ from iridesce.exchange.surfaces import environment_file, heights_of, picture_fil
 from iridesce.exchange.targets.shaders import decimal, filled
 from iridesce.exchange.targets.tables import without_film
 from iridesce.exchange.textures import laid_out
+from iridesce.optics.wavelengths import VISIBLE_NM, in_steps
 
-WAVELENGTH_NM = np.linspace(360.0, 830.0, 95)
+WAVELENGTH_NM = in_steps(VISIBLE_NM, 5.0)
 COSINES = (64, 128)
 """Rows of a table over many thicknesses, and over one."""
 
@@ -154,7 +155,7 @@ def _bare(film: Film) -> Floats:
 
 def _summed(film: Film, spectra: Floats) -> Floats:
     """Spectra (angles, thicknesses, wavelengths) as colours, against the truth."""
-    fine = np.arange(360.0, 831.0)
+    fine = in_steps(VISIBLE_NM, 1.0)
     full = np.apply_along_axis(lambda values: np.interp(fine, WAVELENGTH_NM, values), -1, spectra)
     seen = color.spectrum_to_xyz(fine, full, illuminant=film.illuminant)
     return charts.differences(np.asarray(seen), charts.truth(film), film.illuminant)
@@ -462,7 +463,7 @@ def _lamp(name: str, radiance: float, package: Package) -> str:
     power = np.asarray(light.power(WAVELENGTH_NM), dtype=np.float64)
     for nm, strength in light.lines:
         power[int(np.argmin(np.abs(WAVELENGTH_NM - nm)))] += strength / 5.0
-    fine = np.arange(360.0, 831.0)
+    fine = in_steps(VISIBLE_NM, 1.0)
     # Mitsuba's film divides by the integral of the observer's y; so does this.
     ybar = color.color_matching(fine)[:, 1]
     total = float((np.interp(fine, WAVELENGTH_NM, power) * ybar).sum() / ybar.sum())

@@ -15,6 +15,7 @@ from iridesce import color
 from iridesce.arguments.operands import Floats
 from iridesce.exchange.twins.fresnel import amplitudes
 from iridesce.exchange.twins.sensitivity import smoothstep
+from iridesce.optics.wavelengths import SPECTRUM_NM, in_steps
 
 VERSION = "Cycles of Blender 5.0.1, November 2026"
 
@@ -65,6 +66,6 @@ def _sensitivity(path_nm: Floats) -> Floats:
 
 @cache
 def _weights() -> tuple[Floats, Floats]:
-    wavelength = np.arange(380.0, 781.0, 1.0)
+    wavelength = in_steps(SPECTRUM_NM, 1.0)
     response = color.color_matching(wavelength) @ color.rgb_matrix("linear-srgb").T
     return wavelength, response / response.sum(axis=0)

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
 use super::fringes::{HALVINGS, distinct, has_spikes};
+use crate::color::observer::{FIRST_NM, LAST_NM};
 use crate::color::request::ColorRequest;
 use crate::color::sums::{Grid, Weights};
 use crate::{Complex64, OpticsError};
@@ -136,7 +137,7 @@ fn gib(indices: usize) -> f64 {
 fn within_data(error: OpticsError) -> OpticsError {
     match error {
         OpticsError::OutsideData(message) => OpticsError::OutsideData(format!(
-            "{message} (a colour sum runs over 360..830 nm unless wavelength_nm= gives a grid within the data)"
+            "{message} (a colour sum runs over {FIRST_NM}..{LAST_NM} nm unless wavelength_nm= gives a grid within the data)"
         )),
         other => other,
     }
