@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import ast
 import io
+import posixpath
 import re
 import tokenize
 from collections.abc import Iterable, Mapping
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 # --- tables ----------------------------------------------------------------------------------------------------------
 
@@ -271,6 +272,32 @@ def _home(
             return module
         path = [*onward, *rest[1:]]
     return None
+
+
+# --- TypeScript ------------------------------------------------------------------------------------------------------
+
+
+def typescript_modules(source: Path) -> dict[str, str]:
+    """Module path (``parts/charts``) to source."""
+    return {
+        path.relative_to(source).with_suffix("").as_posix(): path.read_text(encoding="utf-8")
+        for path in source.rglob("*.ts")
+    }
+
+
+def typescript_arrows(modules: Mapping[str, str]) -> dict[str, set[str]]:
+    """Which modules of the page each imports or hands on, types alone too; what leads out of the page is left out."""
+    named = re.compile(r"""^(?:import|export)\b[^"';]*?\bfrom\s*["'](\.[^"']+)["']""", re.MULTILINE)
+    bare = re.compile(r"""^import\s*["'](\.[^"']+)["']|\bimport\(\s*["'](\.[^"']+)["']""", re.MULTILINE)
+    arrows = {}
+    for name, text in modules.items():
+        paths = named.findall(text) + [one or other for one, other in bare.findall(text)]
+        folder = PurePosixPath(name).parent.as_posix()
+        found = {posixpath.normpath(posixpath.join(folder, path)).removesuffix(".ts") for path in paths}
+        lost = {path for path in found if path not in modules and not PurePosixPath(path).suffix}
+        assert not lost, f"{name}: no module {sorted(lost)}"
+        arrows[name] = found & set(modules) - {name}
+    return arrows
 
 
 # --- numbers that have one home --------------------------------------------------------------------------------------

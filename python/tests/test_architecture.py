@@ -26,6 +26,8 @@ from house import (
     ranges_spelled_out,
     rust_arrows,
     rust_modules,
+    typescript_arrows,
+    typescript_modules,
     upstream_arrows,
 )
 
@@ -255,6 +257,38 @@ def test_no_module_bears_the_name_of_a_public_function() -> None:
         listed = re.search(r"^__all__ = \[(.*?)\]", text, flags=re.M | re.S)
         offered = set() if package == "iridesce" or listed is None else set(re.findall(r'"(\w+)"', listed[1]))
         assert inside & offered == set(), package
+
+
+# --- circles of the page's modules
+
+
+def test_no_circles_among_modules_of_the_page() -> None:
+    arrows = typescript_arrows(typescript_modules(ROOT / "web" / "src"))
+    assert sum(map(len, arrows.values())) > 80, "the arrows are not found any more"
+    assert circles(arrows) == [], "types that both need have a file of their own, as page.ts"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'import { draw } from "../app";',
+        'import type { App } from "../app";',
+        'import {\n  type App,\n  draw,\n} from "../app.ts";',
+        'export { App } from "../app";',
+        'import "../app";',
+        'const later = () => import("../app");',
+    ],
+)
+def test_a_circle_of_the_page_is_seen(text: str) -> None:
+    modules = {"app": 'import { page } from "./parts/page";', "parts/page": text, "main": 'import "./app";'}
+    assert circles(typescript_arrows(modules)) == [("app", "parts/page")]
+
+
+def test_what_leads_out_of_the_page_is_no_arrow() -> None:
+    modules = {"app": 'import { html } from "lit";\nimport style from "./style.css";\n// import { a } from "./app";'}
+    assert typescript_arrows(modules) == {"app": set()}
+    with pytest.raises(AssertionError, match=r"app: no module \['lost'\]"):
+        typescript_arrows({"app": 'import { html } from "./lost";'})
 
 
 # --- licences

@@ -6,6 +6,7 @@ import { Core, type Item } from "./core/core";
 import { loadModule } from "./core/load";
 import { CHART_DEG } from "./draw/geometry";
 import { learnPage } from "./learn/pages";
+import type { Page } from "./page";
 import { placeMarks, scenePage } from "./parts/scene-page";
 import { paintSwatches } from "./parts/swatch";
 import { Stage } from "./stage";
@@ -37,7 +38,7 @@ const READOUTS_MS = 200;
 /** Longest wait for a picture that a script asked for, ms. */
 const PATIENCE_MS = 60_000;
 
-export class App extends LitElement {
+export class App extends LitElement implements Page {
   static properties = { version: { state: true } };
 
   /** Counts what has changed, for Lit. */

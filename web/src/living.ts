@@ -3,7 +3,7 @@
 
 import type { FilmState } from "./core/core";
 import { Job, type Reply } from "./core/jobs";
-import type { Stage } from "./stage";
+import type { Page, Shown } from "./page";
 import { PRESETS, type State } from "./state/keys";
 
 const WANTED_PER_S = 30;
@@ -31,6 +31,16 @@ const LIVE = ["wind_m_s", "gravity_m_s2"] as const;
 
 type FilmReply = Extract<Reply, { kind: "film" }>;
 
+/** What the film asks of the stage that shows it. */
+export interface FilmStage extends Shown {
+  readonly page: Page;
+  fieldReady(): boolean;
+  fieldCame(key: string): void;
+  filmMoves(): void;
+  smaller(share: number): boolean;
+  larger(share: number): boolean;
+}
+
 export class LivingFilm {
   state: FilmState | null = null;
   /** Where it is thickest, nm; 0: there is none. */
@@ -49,10 +59,10 @@ export class LivingFilm {
   private steps: number[] = [];
   private lastStir: { place: [number, number]; time: number } | null = null;
 
-  constructor(private readonly stage: Stage, private readonly job: Job) {}
+  constructor(private readonly stage: FilmStage, private readonly job: Job) {}
 
-  private get page(): State {
-    return this.stage.app.state;
+  private get keys(): State {
+    return this.stage.page.state;
   }
 
   /** Another film will be begun: this one was for another kind of canvas. */
@@ -76,9 +86,9 @@ export class LivingFilm {
     if (this.job.busy) this.job.stop();
     this.busy = this.moving = false;
     this.keep(null);
-    const { preset, thickness_nm, seed } = this.page;
+    const { preset, thickness_nm, seed } = this.keys;
     const changes: Record<string, number> = { thickness_nm: Number(thickness_nm) };
-    for (const name of LIVE) changes[name] = Number(this.page[name]);
+    for (const name of LIVE) changes[name] = Number(this.keys[name]);
     const small = this.stage.picture?.kind === "canvas" && PRESETS.includes(preset as never) && /free-bubble|on-bath/.test(String(preset));
     const name = small ? String(preset).replace("-preview", "-small-preview") : String(preset);
     try {
@@ -88,14 +98,14 @@ export class LivingFilm {
       this.sent = changes;
       await this.age(wanted, reply.film);
     } catch (error) {
-      if (this.key === wanted) this.stage.app.fail(error);
+      if (this.key === wanted) this.stage.page.fail(error);
     }
   }
 
   /** Lets it grow as old as it should be, in sight. */
   private async age(wanted: string, first: FilmState): Promise<void> {
     let film = first;
-    const until = Number(this.page["age_s"]);
+    const until = Number(this.keys["age_s"]);
     for (;;) {
       this.show(film);
       if (film.time_s >= until || !Number.isNaN(film.ruptured_s)) break;
@@ -147,7 +157,7 @@ export class LivingFilm {
         this.keepPace();
       }
     } catch (error) {
-      if (this.key === wanted) this.stage.app.fail(error);
+      if (this.key === wanted) this.stage.page.fail(error);
     } finally {
       if (this.key === wanted) {
         this.busy = false;
@@ -167,12 +177,12 @@ export class LivingFilm {
   private step(): Promise<FilmReply> | null {
     if (!this.stage.living() || !this.stage.fieldReady() || !this.state) return null;
     for (const name of LIVE) {
-      const value = Number(this.page[name]);
+      const value = Number(this.keys[name]);
       if (value === this.sent[name]) continue;
       this.sent[name] = value;
       this.job.send({ kind: "flow-change", name, value });
     }
-    if (!this.page["playing"] || document.hidden || !Number.isNaN(this.state.ruptured_s)) {
+    if (!this.keys["playing"] || document.hidden || !Number.isNaN(this.state.ruptured_s)) {
       this.flowed = 0;
       return null;
     }
@@ -188,7 +198,7 @@ export class LivingFilm {
   /** Smaller pictures where they come too slowly, unless it is the film that they wait for; larger ones where there is time. */
   private keepPace(): void {
     this.times.push(performance.now());
-    if (this.times.length % 30 === 0) this.stage.app.version++;
+    if (this.times.length % 30 === 0) this.stage.page.version++;
     if (this.times.length <= PACE_PICTURES) return;
     const share = this.perSecond() / EASY_PER_S;
     const isDrawing = this.stepMs() < 900 / this.perSecond();
@@ -222,7 +232,7 @@ export class LivingFilm {
 
   /** Drags the film along: `moved` in shares of the field, within so many seconds. */
   blow(place: [number, number], moved: [number, number], seconds: number): void {
-    const shape = SHAPES[String(this.page["preset"])];
+    const shape = SHAPES[String(this.keys["preset"])];
     if (!this.state || !shape) return;
     const { columns, rows } = this.state;
     const [across, down] = "radius" in shape

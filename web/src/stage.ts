@@ -1,13 +1,13 @@
 // What is on the canvas: where the film lies, how thick it is, the colour table, the exposure. Each is made anew only
 // when what it depends on has changed; every change ends in one draw.
 
-import type { App } from "./app";
 import type { Core, Table, TableRequest } from "./core/core";
 import { Job, Tables } from "./core/jobs";
 import { lookUp } from "./core/look-up";
 import { CHART_DEG, aspectOf, geometryOf } from "./draw/geometry";
 import { Picture } from "./draw/picture";
-import { LivingFilm } from "./living";
+import { type FilmStage, LivingFilm } from "./living";
+import type { Page } from "./page";
 import type { Scene } from "./state/keys";
 import { STORED } from "./state/stored";
 import { TEXT } from "./text/strings";
@@ -36,7 +36,7 @@ const GEOMETRY_KEYS: Record<Scene, readonly string[]> = {
 /** Controls that move marks, and leave the picture as it is. */
 const MARKS = ["thickness_nm", "angle_deg"];
 
-export class Stage {
+export class Stage implements FilmStage {
   picture: Picture | null = null;
   readonly tables: Tables;
   readonly film: LivingFilm;
@@ -54,7 +54,7 @@ export class Stage {
   private sideIndex = 0;
   private lost = false;
 
-  constructor(readonly app: App, private readonly core: Core, module: WebAssembly.Module) {
+  constructor(readonly page: Page, private readonly core: Core, module: WebAssembly.Module) {
     this.tables = new Tables(module, STORED);
     this.fields = new Job(module);
     this.film = new LivingFilm(this, this.fields);
@@ -68,11 +68,11 @@ export class Stage {
   // ------------------------------------------------------------------------------------------------ what is asked for
 
   private number(name: string): number {
-    return Number(this.app.state[name]);
+    return Number(this.page.state[name]);
   }
 
   living(): boolean {
-    return this.app.state.scene === "bubble" && this.app.state["preset"] !== "still";
+    return this.page.state.scene === "bubble" && this.page.state["preset"] !== "still";
   }
 
   private range(fine: boolean): { range_nm: [number, number]; range_deg: [number, number] } {
@@ -80,7 +80,7 @@ export class Stage {
     const range_deg: [number, number] = [0, fine ? 85 : 80];
     const whole = (nm: number) => Math.max(Math.ceil(nm / 500), 1) * 500;
     const thickness = this.number("thickness_nm");
-    switch (this.app.state.scene) {
+    switch (this.page.state.scene) {
       case "rings": {
         const [radius, r2] = [this.number("radius_mm"), this.number("view_mm") ** 2 / 2];
         return { range_nm: [0, whole(thickness + (1e6 * r2) / (radius + Math.sqrt(radius ** 2 - r2)))], range_deg: [0, 0] };
@@ -96,15 +96,15 @@ export class Stage {
       default: {
         let most = 1500;
         most = Math.max(most, this.film.thickest_nm);
-        if (this.app.state["preset"] === "still") most = Math.max(most, 2 * thickness);
+        if (this.page.state["preset"] === "still") most = Math.max(most, 2 * thickness);
         return { range_nm: [0, Math.min(whole(most), 20000)], range_deg };
       }
     }
   }
 
   private request(max_delta_e: number): TableRequest {
-    const { stack, illuminant } = this.app.state;
-    return { stack: String(stack), layer: this.app.layer, illuminant: String(illuminant), ...this.range(max_delta_e === FINE), max_delta_e };
+    const { stack, illuminant } = this.page.state;
+    return { stack: String(stack), layer: this.page.layer, illuminant: String(illuminant), ...this.range(max_delta_e === FINE), max_delta_e };
   }
 
   private wantedTable(max_delta_e: number): string {
@@ -112,7 +112,7 @@ export class Stage {
   }
 
   private wantedField(): string {
-    const { scene, preset, thickness_nm, seed, age_s } = this.app.state;
+    const { scene, preset, thickness_nm, seed, age_s } = this.page.state;
     if (scene === "slick") return `swirls ${thickness_nm} ${seed}`;
     if (scene !== "bubble") return "none";
     return preset === "still" ? `still ${thickness_nm}` : `flow ${preset} ${thickness_nm} ${seed} ${age_s}`;
@@ -129,7 +129,7 @@ export class Stage {
 
   /** Whether its colours are as fine as they will be. */
   isSettled(): boolean {
-    return !this.app.moving && Boolean(this.picture?.table) && this.picture?.table === this.tables.find(this.request(FINE));
+    return !this.page.moving && Boolean(this.picture?.table) && this.picture?.table === this.tables.find(this.request(FINE));
   }
 
   // ------------------------------------------------------------------------------------------------ what is made
@@ -145,7 +145,7 @@ export class Stage {
       this.picture?.dispose();
       this.picture = new Picture(canvas, () => this.lose(), this.lost || /[?&]webgl=0/.test(location.search));
       if (this.picture.kind === "canvas") {
-        this.app.tell(this.lost ? TEXT.lost : TEXT.slow);
+        this.page.tell(this.lost ? TEXT.lost : TEXT.slow);
         this.film.forget();
       }
       this.geometryKey = this.tableKey = "";
@@ -153,7 +153,7 @@ export class Stage {
       else this.fieldKey = "";
     }
     // The workers first: they work while this thread finds out what every pixel sees.
-    void this.updateField().catch((error) => this.app.fail(error));
+    void this.updateField().catch((error) => this.page.fail(error));
     void this.updateTable();
     this.updateGeometry();
     this.draw();
@@ -163,18 +163,18 @@ export class Stage {
   /** The graphics device is gone: go on without it, on another canvas. */
   private lose(): void {
     this.lost = true;
-    this.app.anotherCanvas();
+    this.page.anotherCanvas();
   }
 
   private updateGeometry(): void {
     const picture = this.picture as Picture;
-    const { state } = this.app;
+    const { state } = this.page;
     const box = picture.canvas.parentElement as HTMLElement;
     const aspect = aspectOf(state);
     const ratio = this.living() ? 1 : Math.min(devicePixelRatio || 1, 2);
     const [loop, whole] = [picture.kind === "canvas", this.living() ? SIDES[0] : 1000];
     const most = loop ? (this.living() ? LOOP_SIDE : 480) : this.film.moving ? SIDES[this.sideIndex] : whole;
-    const { moving } = this.app;
+    const { moving } = this.page;
     const coarse = moving && !this.film.moving && !(state.scene === "film" && MARKS.includes(moving)) ? COARSE[picture.software ? "software" : "device"] : 1;
     const width = Math.max(64, Math.round(Math.min((box.clientWidth || 480) * ratio, most * Math.max(aspect, 1)) / coarse));
     const height = Math.round(width / aspect);
@@ -235,26 +235,26 @@ export class Stage {
     this.fieldKey = key;
     this.exposureKey = "";
     this.draw();
-    this.app.version++;
+    this.page.version++;
   }
 
   private async updateTable(): Promise<void> {
     const wanted = this.wantedTable(DRAFT);
     if (this.tableKey === wanted) {
-      if (!this.app.moving && this.picture?.table && !this.isSettled()) await this.refine();
+      if (!this.page.moving && this.picture?.table && !this.isSettled()) await this.refine();
       return;
     }
     const ready = this.tables.find(this.request(FINE)) ?? this.tables.find(this.request(DRAFT));
     try {
       const table = ready ?? (await this.tables.get(this.request(DRAFT)));
       if (!table || this.wantedTable(DRAFT) !== wanted) return;
-      this.app.fail(null);
+      this.page.fail(null);
       this.tableKey = wanted;
       this.exposureKey = "";
       this.tableCame(table);
-      if (!this.app.moving) await this.refine();
+      if (!this.page.moving) await this.refine();
     } catch (error) {
-      this.app.fail(error);
+      this.page.fail(error);
     }
   }
 
@@ -276,20 +276,20 @@ export class Stage {
   private tableCame(table: Table): void {
     this.picture?.setTable(table);
     this.draw();
-    this.app.version++;
+    this.page.version++;
   }
 
   /** Share of the picture that must not be whiter than white: a window may be, and so may grazing light in a chart. */
   private within(): number {
-    const { scene } = this.app.state;
+    const { scene } = this.page.state;
     if (scene === "film") return 0.8;
-    return scene !== "rings" && (this.living() || this.app.state["environment"] === "studio") ? 0.96 : 0.995;
+    return scene !== "rings" && (this.living() || this.page.state["environment"] === "studio") ? 0.96 : 0.995;
   }
 
   draw(): void {
     const picture = this.picture;
     if (!picture || !picture.table || !picture.geometry) return;
-    const { state } = this.app;
+    const { state } = this.page;
     // While a film grows as old as it should be its first exposure stands.
     const key = [this.geometryKey, this.tableKey, this.fieldKey, this.fieldReady(), this.film.state === null].join("|");
     if (key !== this.exposureKey) {

@@ -1,20 +1,20 @@
 // Stories and worksheets as they stand in the page.
 
 import { html, nothing, type TemplateResult } from "lit";
-import type { App } from "../app";
+import type { Page } from "../page";
 import { TEXT } from "../text/strings";
 import { STORIES, type Story } from "./stories";
 import { worksheet } from "./worksheet";
 
 /** A story beside its picture. */
-export function storyPanel(app: App, story: Story, number: number): TemplateResult {
+export function storyPanel(page: Page, story: Story, number: number): TemplateResult {
   return html`<section class="story" aria-label=${story.title}>
     <h2>${number}. ${story.title}</h2>
     <p><b>${TEXT.learn.look}:</b> ${story.look}</p>
     <p><b>${TEXT.learn.question}:</b> ${story.question}</p>
-    ${app.answerShown && app.core
-      ? html`<p class="answer" role="status"><b>${TEXT.learn.answer}:</b> ${story.answer(app.core)}</p>`
-      : html`<p><button type="button" class="main" @click=${() => app.showAnswer()}>${TEXT.learn.show}</button></p>`}
+    ${page.answerShown && page.core
+      ? html`<p class="answer" role="status"><b>${TEXT.learn.answer}:</b> ${story.answer(page.core)}</p>`
+      : html`<p><button type="button" class="main" @click=${() => page.showAnswer()}>${TEXT.learn.show}</button></p>`}
     <p class="tools">
       ${number > 1 ? html`<a href=${STORIES[number - 2].link}>${TEXT.learn.before}</a>` : nothing}
       ${number < STORIES.length ? html`<a href=${STORIES[number].link}>${TEXT.learn.next}</a>` : nothing}
@@ -23,10 +23,10 @@ export function storyPanel(app: App, story: Story, number: number): TemplateResu
   </section>`;
 }
 
-export function learnPage(app: App): TemplateResult {
-  const sheet = Number(app.state["sheet"]);
-  if (sheet > 0 && app.core) {
-    const exercises = worksheet(app.core, sheet);
+export function learnPage(page: Page): TemplateResult {
+  const sheet = Number(page.state["sheet"]);
+  if (sheet > 0 && page.core) {
+    const exercises = worksheet(page.core, sheet);
     return html`<article class="sheet">
       <h1>${TEXT.learn.sheet_title}</h1>
       <p class="name">${TEXT.learn.sheet_name}: ............................................ <span class="no">${sheet}</span></p>
@@ -34,7 +34,7 @@ export function learnPage(app: App): TemplateResult {
       <section class="key"><h2>${TEXT.learn.sheet_key} <span class="no">${sheet}</span></h2><ol>${exercises.map((e) => html`<li>${e.answer}</li>`)}</ol>
       <p class="small">${TEXT.learn.sheet_for}</p></section>
       <p class="tools screen"><button type="button" class="main" @click=${() => print()}>${TEXT.learn.sheet_print}</button>
-        <button type="button" @click=${() => app.set({ sheet: (sheet % 999999) + 1 })}>${TEXT.learn.sheet_new}</button>
+        <button type="button" @click=${() => page.set({ sheet: (sheet % 999999) + 1 })}>${TEXT.learn.sheet_new}</button>
         <a href="#v=1&scene=learn">${TEXT.learn.sheet_back}</a></p>
     </article>`;
   }

@@ -1,7 +1,7 @@
 // A control for each key of the state: native inputs with their labels and units.
 
 import { html, nothing, type TemplateResult } from "lit";
-import type { App } from "../app";
+import type { Page } from "../page";
 import { type Key, LAMPS, OXIDE_NM, OXIDE_NM_PER_VOLT, type Scene } from "../state/keys";
 import { TEXT } from "../text/strings";
 import { trim } from "../text/words";
@@ -13,14 +13,14 @@ function sliderRange(key: Key, scene: Scene): [number, number] {
   return key.range as [number, number];
 }
 
-export function control(app: App, key: Key): TemplateResult {
-  const { scene } = app.state;
+export function control(page: Page, key: Key): TemplateResult {
+  const { scene } = page.state;
   const label = TEXT.keysOf[`${scene} ${key.name}`] ?? TEXT.keys[key.name] ?? key.name;
   const id = `key-${key.name}`;
-  const value = app.state[key.name];
+  const value = page.state[key.name];
   const help = TEXT.help[key.name];
   const helpId = help ? `${id}-help` : nothing;
-  const set = (v: unknown) => app.set({ [key.name]: v });
+  const set = (v: unknown) => page.set({ [key.name]: v });
   switch (key.kind) {
     case "number":
     case "whole": {
@@ -32,8 +32,8 @@ export function control(app: App, key: Key): TemplateResult {
         <label for=${id}>${label}</label>
         <input type="range" id=${id} min=${least} max=${most} step=${key.step ?? 1} .value=${String(value)} aria-describedby=${helpId}
           aria-valuetext=${`${trim(Number(value))} ${key.unit ?? ""}`}
-          @input=${(e: Event) => app.move(key.name, (e.target as HTMLInputElement).valueAsNumber, false)}
-          @change=${(e: Event) => app.move(key.name, (e.target as HTMLInputElement).valueAsNumber, true)} />
+          @input=${(e: Event) => page.move(key.name, (e.target as HTMLInputElement).valueAsNumber, false)}
+          @change=${(e: Event) => page.move(key.name, (e.target as HTMLInputElement).valueAsNumber, true)} />
         <input type="number" class="number" aria-label=${`${label}, ${key.unit ?? ""}`} min=${key.range?.[0] ?? 0} max=${key.range?.[1] ?? 0} step="any" .value=${trim(Number(value))}
           @change=${(e: Event) => set((e.target as HTMLInputElement).value)} /><span class="unit">${key.unit ?? ""}</span>
         ${help ? html`<p class="small" id=${`${id}-help`}>${help}</p>` : nothing}

@@ -2,11 +2,11 @@
 
 import { html, nothing, svg, type TemplateResult } from "lit";
 import { ref } from "lit/directives/ref.js";
-import type { App } from "../app";
 import type { Core } from "../core/core";
 import { lookUp } from "../core/look-up";
 import { SPECTRUM_NM, VISIBLE_NM, inSteps } from "../core/wavelengths";
 import { CHART_DEG } from "../draw/geometry";
+import type { Page } from "../page";
 import { filled } from "../state/keys";
 import { TEXT } from "../text/strings";
 import { type Curve, diagram, spectrumChart } from "./charts";
@@ -30,9 +30,9 @@ function locusOf(core: Core): Float64Array {
   return (locus = Float64Array.from(points));
 }
 
-function strip(app: App, title: string, xyz: Float64Array, marks: { share: number; label: string }[], orders: number[] = []): TemplateResult {
+function strip(page: Page, title: string, xyz: Float64Array, marks: { share: number; label: string }[], orders: number[] = []): TemplateResult {
   return html`<figure class="strip">
-    <canvas role="img" aria-label=${title} ${ref((el) => el && paintStrip(el as HTMLCanvasElement, app, xyz))}></canvas>
+    <canvas role="img" aria-label=${title} ${ref((el) => el && paintStrip(el as HTMLCanvasElement, page, xyz))}></canvas>
     <svg viewBox="0 0 480 18" aria-hidden="true">${marks.map(line)}</svg>
     ${orders.length ? html`<svg viewBox="0 0 480 16" aria-hidden="true">${orders.map((share, i) => line({ share, label: ["I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX"][i] }))}</svg>` : nothing}
   </figure>`;
@@ -46,9 +46,9 @@ function line(mark: { share: number; label: string }): TemplateResult {
 }
 
 /** Spectrum, both models side by side, Newton's scale, all angles, the path in the CIE diagram. */
-export function filmPanel(app: App): TemplateResult {
-  const core = app.core as Core;
-  const { state } = app;
+export function filmPanel(page: Page): TemplateResult {
+  const core = page.core as Core;
+  const { state } = page;
   const [nm, angle] = [Number(state["thickness_nm"]), Number(state["angle_deg"])];
   const [stack, lamp] = [String(state["stack"]), String(state["illuminant"])];
   const now = filled(stack, nm);
@@ -59,13 +59,13 @@ export function filmPanel(app: App): TemplateResult {
     try {
       const old = core.spectrum(now, WAVELENGTHS, angle, { model: "two-beam" });
       curves.push({ name: TEXT.choices["two-beam"], kind: "second", values: old });
-      const [a, b] = ["exact", "two-beam"].map((model) => core.color(stack, [nm, angle], { layer: app.layer, illuminant: lamp, model }));
+      const [a, b] = ["exact", "two-beam"].map((model) => core.color(stack, [nm, angle], { layer: page.layer, illuminant: lamp, model }));
       const labs = [a, b].map((xyz) => core.convert(xyz, "xyz", "lab", lamp));
       const de = core.difference([...labs[0], ...labs[1]])[0];
       const scale = brightening(a[1]);
       compared = html`<section class="card"><h2>${TEXT.compare}</h2>
-        <div class="pair"><figure>${square(app, a, scale, TEXT.choices["exact"])}<figcaption>${TEXT.choices["exact"]}</figcaption></figure>
-        <figure>${square(app, b, scale, TEXT.choices["two-beam"])}<figcaption>${TEXT.choices["two-beam"]}</figcaption></figure></div>
+        <div class="pair"><figure>${square(page, a, scale, TEXT.choices["exact"])}<figcaption>${TEXT.choices["exact"]}</figcaption></figure>
+        <figure>${square(page, b, scale, TEXT.choices["two-beam"])}<figcaption>${TEXT.choices["two-beam"]}</figcaption></figure></div>
         <p>${TEXT.compare_note(de.toFixed(2))}</p></section>`;
     } catch {
       compared = html`<section class="card"><h2>${TEXT.compare}</h2><p>${TEXT.no_two_beam}</p></section>`;
@@ -74,7 +74,7 @@ export function filmPanel(app: App): TemplateResult {
   const title = TEXT.spectrum_of(`${now}, ${angle}°`);
   return html`${compared}
     <section class="card"><h2>${TEXT.spectrum}</h2>${spectrumChart(title, WAVELENGTHS, curves)}</section>
-    ${state.scene === "film" ? scales(app, core, stack, lamp, nm, angle) : nothing}`;
+    ${state.scene === "film" ? scales(page, core, stack, lamp, nm, angle) : nothing}`;
 }
 
 /** Newton's scale and its path in the diagram: they stay while thickness and angle move. */
@@ -99,9 +99,9 @@ function newton(core: Core, stack: string, to: number, model: string, options: {
 }
 
 /** All angles of one thickness: from the table that is drawn, where it holds them. */
-function allAngles(app: App, core: Core, stack: string, nm: number, options: { layer: number; illuminant: string }): Float64Array {
+function allAngles(page: Page, core: Core, stack: string, nm: number, options: { layer: number; illuminant: string }): Float64Array {
   const angle = (i: number) => (i / STRIP) * CHART_DEG;
-  const table = app.stage?.isDrawn() && app.stage.picture?.table;
+  const table = page.stage?.isDrawn() && page.stage.picture?.table;
   if (!table || nm > table.range_nm[1] || table.range_deg[1] < CHART_DEG) {
     return core.color(stack, Float64Array.from({ length: 2 * STRIP }, (_, i) => (i % 2 ? angle((i - 1) / 2) : nm)), options);
   }
@@ -116,12 +116,12 @@ export function tickMarks(to: number): { share: number; label: string }[] {
   return Array.from({ length: Math.floor(to / step) + 1 }, (_, i) => ({ share: (i * step) / to, label: i ? `${i * step}` : "0 nm" }));
 }
 
-function scales(app: App, core: Core, stack: string, lamp: string, nm: number, angle: number): TemplateResult {
-  const to = Number(app.state["thickest_nm"]);
-  const model = String(app.state["model"]);
-  const options = { layer: app.layer, illuminant: lamp };
+function scales(page: Page, core: Core, stack: string, lamp: string, nm: number, angle: number): TemplateResult {
+  const to = Number(page.state["thickest_nm"]);
+  const model = String(page.state["model"]);
+  const options = { layer: page.layer, illuminant: lamp };
   const { scale, path } = newton(core, stack, to, model, options);
-  const angles = allAngles(app, core, stack, nm, options);
+  const angles = allAngles(page, core, stack, nm, options);
   const here = core.color(stack, [nm, angle], options);
   const sum = here[0] + here[1] + here[2];
   const marks = tickMarks(to);
@@ -131,17 +131,17 @@ function scales(app: App, core: Core, stack: string, lamp: string, nm: number, a
   });
   return html`
     <section class="card"><h2>${TEXT.newton}</h2><p class="small">${TEXT.newton_of(to)}${model === "two-beam" ? `: ${TEXT.choices[model]}` : ""}</p>
-      ${strip(app, TEXT.newton_of(to), scale, marks, orderEnds(app, to).map((nm) => nm / to))}</section>
+      ${strip(page, TEXT.newton_of(to), scale, marks, orderEnds(page, to).map((nm) => nm / to))}</section>
     <section class="card"><h2>${TEXT.strip}</h2><p class="small">${TEXT.strip_of(nm)}</p>
-      ${strip(app, TEXT.strip_of(nm), angles, [0, 15, 30, 45, 60, 75].map((deg) => ({ share: deg / CHART_DEG, label: `${deg}°` })))}</section>
+      ${strip(page, TEXT.strip_of(nm), angles, [0, 15, 30, 45, 60, 75].map((deg) => ({ share: deg / CHART_DEG, label: `${deg}°` })))}</section>
     <section class="card"><h2>${TEXT.diagram}</h2><p class="small">${TEXT.diagram_of(to)}</p>
       ${diagram(TEXT.diagram_of(to), locusOf(core), path, points, sum > 1e-9 ? [here[0] / sum, here[1] / sum] : null)}</section>`;
 }
 
 /** Radii of dark rings: by the formula, and where luminance along a radius of this picture is least. */
-export function ringsPanel(app: App): TemplateResult {
-  const core = app.core as Core;
-  const { state } = app;
+export function ringsPanel(page: Page): TemplateResult {
+  const core = page.core as Core;
+  const { state } = page;
   const lamp = core.illuminant(String(state["illuminant"]));
   // Only light of few lines, or of one colour, has rings that one wavelength tells.
   const power = lamp.lines.reduce((sum, [, p]) => sum + p, 0);
@@ -150,7 +150,7 @@ export function ringsPanel(app: App): TemplateResult {
   const single = spread < 5;
   const wavelength = single ? mean : 550;
   const [radius, contact, view] = ["radius_mm", "thickness_nm", "view_mm"].map((name) => Number(state[name]));
-  const measured = measuredRadii(app);
+  const measured = measuredRadii(page);
   const rows: TemplateResult[] = [];
   const first = Math.ceil((2 * contact) / wavelength - 1e-9);
   for (let m = Math.max(first, 1); rows.length < 8; m++) {

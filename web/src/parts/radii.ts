@@ -1,8 +1,8 @@
 // Dark rings as the picture has them.
 
-import type { App } from "../app";
 import type { Table } from "../core/core";
 import { lookUp } from "../core/look-up";
+import type { Page } from "../page";
 
 /** Points along a radius; a ring is then found by the parabola through three of them. */
 const POINTS = 2400;
@@ -10,8 +10,8 @@ const POINTS = 2400;
 let last: { table: Table; view: string; radii: number[] } | null = null;
 
 /** Radii in mm at which the drawn table is darkest. */
-export function measuredRadii(app: App): number[] {
-  const { stage, state } = app;
+export function measuredRadii(page: Page): number[] {
+  const { stage, state } = page;
   const table = stage?.picture?.table;
   if (!table) return [];
   const [radius, contact, view] = ["radius_mm", "thickness_nm", "view_mm"].map((name) => Number(state[name]));

@@ -2,10 +2,10 @@
 
 import { html, noChange, nothing, type TemplateResult } from "lit";
 import { keyed } from "lit/directives/keyed.js";
-import type { App } from "../app";
 import { CHART_DEG } from "../draw/geometry";
 import { storyPanel } from "../learn/pages";
 import { STORIES } from "../learn/stories";
+import type { Page } from "../page";
 import { keysOf } from "../state/keys";
 import { TEXT } from "../text/strings";
 import { describe, twin, words } from "../text/words";
@@ -17,24 +17,24 @@ import { copyLink, saveCsv, savePicture } from "./take-away";
 /** Share of the width of the titanium scene's picture at which its bar begins and ends (draw/geometry.ts). */
 const BAR = [0.04, 0.96];
 
-export function scenePage(app: App): TemplateResult {
-  const { state, stage } = app;
+export function scenePage(page: Page): TemplateResult {
+  const { state, stage } = page;
   const { scene } = state;
   const number = Number(state["story"]);
   const story = STORIES[number - 1];
   const living = Boolean(stage?.living());
   const table = stage?.picture?.table;
-  const said = twin(app);
+  const said = twin(page);
   return html`
     <h1>${TEXT.scenes[scene]}</h1>
-    ${story ? storyPanel(app, story, number) : html`<p class="about">${TEXT.about[scene]}</p>`}
+    ${story ? storyPanel(page, story, number) : html`<p class="about">${TEXT.about[scene]}</p>`}
     <div class="stage">
       <section class="seen" aria-label=${TEXT.scenes[scene]}>
         <div id="picture" class=${living ? "living" : ""}>
-          ${keyed(app.canvasNumber, html`<canvas width="64" height="64" role="img" aria-label=${`${TEXT.scenes[scene]}. ${said}`}
-            @pointermove=${(e: PointerEvent) => app.pointed(e)}
-            @pointerleave=${() => app.pointed(null)}
-            @click=${(e: MouseEvent) => app.choose(e)}></canvas>`)}
+          ${keyed(page.canvasNumber, html`<canvas width="64" height="64" role="img" aria-label=${`${TEXT.scenes[scene]}. ${said}`}
+            @pointermove=${(e: PointerEvent) => page.pointed(e)}
+            @pointerleave=${() => page.pointed(null)}
+            @click=${(e: MouseEvent) => page.choose(e)}></canvas>`)}
           ${scene === "film" ? html`<div class="cross" aria-hidden="true"></div>` : nothing}
           ${scene === "film" ? html`<div class="angles" aria-hidden="true">${[0, 20, 40, 60].map((deg) => html`<span data-share=${deg / CHART_DEG}>${deg}°</span>`)}</div>` : nothing}
           ${scene === "rings" ? html`<div class="scale" aria-hidden="true"><span></span>1 mm</div>` : nothing}
@@ -44,42 +44,42 @@ export function scenePage(app: App): TemplateResult {
         <p class="twin" id="twin" aria-live=${living ? "off" : "polite"}>${said}</p>
         <p class="tools">
           ${living
-            ? html`<button type="button" class="main" @click=${() => app.set({ playing: !state["playing"] })}>${state["playing"] ? TEXT.pause : TEXT.play}</button>
-                <button type="button" @click=${() => app.breath()}>${TEXT.blow}</button>
-                <button type="button" @click=${() => app.set({ seed: (Number(state["seed"]) + 1) % 1000000 })}>${TEXT.again}</button>`
+            ? html`<button type="button" class="main" @click=${() => page.set({ playing: !state["playing"] })}>${state["playing"] ? TEXT.pause : TEXT.play}</button>
+                <button type="button" @click=${() => page.breath()}>${TEXT.blow}</button>
+                <button type="button" @click=${() => page.set({ seed: (Number(state["seed"]) + 1) % 1000000 })}>${TEXT.again}</button>`
             : nothing}
-          <button type="button" @click=${() => savePicture(app)}>${TEXT.save_picture}</button>
-          <button type="button" @click=${() => saveCsv(app)}>${TEXT.save_csv}</button>
-          <button type="button" @click=${() => copyLink(app)}>${TEXT.copy_link}</button>
+          <button type="button" @click=${() => savePicture(page)}>${TEXT.save_picture}</button>
+          <button type="button" @click=${() => saveCsv(page)}>${TEXT.save_csv}</button>
+          <button type="button" @click=${() => copyLink(page)}>${TEXT.copy_link}</button>
         </p>
-        <p class="small" id="told" role="status">${app.told}</p>
+        <p class="small" id="told" role="status">${page.told}</p>
         <p class="small">${table ? TEXT.table_error(table.max_delta_e.toFixed(2)) : ""} ${stage?.picture ? TEXT.renderer[stage.picture.kind] : ""}</p>
       </section>
       <section class="controls" aria-label=${TEXT.controls}>
         <h2>${TEXT.controls}</h2>
-        ${keysOf(scene).filter((key) => !key.hidden).map((key) => control(app, key))}
-        <p><button type="button" @click=${() => app.reset()}>${TEXT.reset}</button></p>
+        ${keysOf(scene).filter((key) => !key.hidden).map((key) => control(page, key))}
+        <p><button type="button" @click=${() => page.reset()}>${TEXT.reset}</button></p>
       </section>
     </div>
-    ${app.readoutsDue() ? readouts(app) : noChange}`;
+    ${page.readoutsDue() ? readouts(page) : noChange}`;
 }
 
-function readouts(app: App): TemplateResult | typeof nothing {
-  if (!app.core || app.core.broken) return nothing;
-  const { scene } = app.state;
-  const pointed = app.pointer && app.stage?.picture?.at(app.pointer.x, app.pointer.y);
+function readouts(page: Page): TemplateResult | typeof nothing {
+  if (!page.core || page.core.broken) return nothing;
+  const { scene } = page.state;
+  const pointed = page.pointer && page.stage?.picture?.at(page.pointer.x, page.pointer.y);
   const own = scene === "titanium" || scene === "wafer" || scene === "film"
-    ? { thickness_nm: Number(app.state["thickness_nm"]), angle_deg: Number(app.state["angle_deg"]) }
+    ? { thickness_nm: Number(page.state["thickness_nm"]), angle_deg: Number(page.state["angle_deg"]) }
     : null;
   const here = pointed ?? own;
   try {
     return html`<div class="readouts">
       ${here
         ? html`<section class="card" aria-label=${pointed ? TEXT.pointer : TEXT.film_here}><h2>${pointed ? TEXT.pointer : TEXT.film_here}</h2>
-            ${swatch(app, describe(app, here.thickness_nm, here.angle_deg))}</section>`
+            ${swatch(page, describe(page, here.thickness_nm, here.angle_deg))}</section>`
         : nothing}
-      ${scene === "rings" ? ringsPanel(app) : nothing}
-      ${own ? filmPanel(app) : nothing}
+      ${scene === "rings" ? ringsPanel(page) : nothing}
+      ${own ? filmPanel(page) : nothing}
     </div>`;
   } catch (error) {
     return html`<p class="failure" role="alert">${TEXT.cannot(words(error))}</p>`;
@@ -87,23 +87,23 @@ function readouts(app: App): TemplateResult | typeof nothing {
 }
 
 /** Places marks on the picture: the page's policy allows no inline styles. */
-export function placeMarks(app: App): void {
-  const { state } = app;
+export function placeMarks(page: Page & ParentNode): void {
+  const { state } = page;
   const of = (name: string) => Number(state[name]);
-  const cross = app.querySelector<HTMLElement>(".cross");
+  const cross = page.querySelector<HTMLElement>(".cross");
   if (cross) {
     cross.style.left = `${Math.min((100 * of("thickness_nm")) / of("thickest_nm"), 100)}%`;
     cross.style.top = `${(100 * of("angle_deg")) / CHART_DEG}%`;
   }
-  const bar = app.querySelector<HTMLElement>(".scale span");
-  if (bar) bar.style.width = `${((app.querySelector("#picture")?.clientWidth ?? 0) / of("view_mm")).toFixed(1)}px`;
-  for (const mark of app.querySelectorAll<HTMLElement>(".axis span")) {
+  const bar = page.querySelector<HTMLElement>(".scale span");
+  if (bar) bar.style.width = `${((page.querySelector("#picture")?.clientWidth ?? 0) / of("view_mm")).toFixed(1)}px`;
+  for (const mark of page.querySelectorAll<HTMLElement>(".axis span")) {
     const share = Number(mark.dataset["share"]);
     mark.style.left = `${100 * share}%`;
     mark.style.transform = `translateX(-${share < 0.03 ? 0 : share > 0.97 ? 100 : 50}%)`;
   }
-  for (const mark of app.querySelectorAll<HTMLElement>(".angles span")) mark.style.top = `${100 * Number(mark.dataset["share"])}%`;
-  for (const mark of app.querySelectorAll<HTMLElement>(".volts span")) {
+  for (const mark of page.querySelectorAll<HTMLElement>(".angles span")) mark.style.top = `${100 * Number(mark.dataset["share"])}%`;
+  for (const mark of page.querySelectorAll<HTMLElement>(".volts span")) {
     mark.style.left = `${100 * (BAR[0] + (BAR[1] - BAR[0]) * Number(mark.dataset["share"]))}%`;
   }
 }

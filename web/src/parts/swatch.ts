@@ -1,13 +1,13 @@
 // A colour beside its numbers and its name.
 
 import { html, type TemplateResult } from "lit";
-import type { App } from "../app";
 import { shown } from "../draw/picture";
+import type { Page } from "../page";
 import type { Seen } from "../text/words";
 
 /** A square of colour; the style is set by paintSwatches, as the page's policy allows no inline styles. */
-export function square(app: App, xyz: ArrayLike<number>, scale: number, label: string): TemplateResult {
-  const core = app.core;
+export function square(page: Page, xyz: ArrayLike<number>, scale: number, label: string): TemplateResult {
+  const core = page.core;
   if (!core) return html``;
   const srgb = core.convert(Array.from(xyz, (v) => v * scale), "xyz", "srgb", "", "hue");
   const color = `rgb(${Array.from(srgb, (v) => Math.round(255 * Math.min(Math.max(v, 0), 1))).join(" ")})`;
@@ -25,13 +25,13 @@ export function brightening(y: number): number {
   return y > 0.35 ? 1 : y > 0.12 ? 2 : 5;
 }
 
-export function swatch(app: App, film: Seen): TemplateResult {
-  const core = app.core;
+export function swatch(page: Page, film: Seen): TemplateResult {
+  const core = page.core;
   if (!core) return html``;
-  const lab = core.convert(film.xyz, "xyz", "lab", String(app.state["illuminant"]));
+  const lab = core.convert(film.xyz, "xyz", "lab", String(page.state["illuminant"]));
   const scale = brightening(film.xyz[1]);
   const sum = film.xyz[0] + film.xyz[1] + film.xyz[2];
-  return html`<div class="swatches">${square(app, film.xyz, scale, film.name)}
+  return html`<div class="swatches">${square(page, film.xyz, scale, film.name)}
     <dl>
       <div><dt>${film.text}</dt></div>
       <div><dt>XYZ</dt><dd>${Array.from(film.xyz, (v) => v.toFixed(4)).join(" ")}</dd></div>
@@ -42,12 +42,12 @@ export function swatch(app: App, film: Seen): TemplateResult {
 }
 
 /** Colours in a row, drawn as a strip. `xyz`: three numbers each. */
-export function paintStrip(canvas: HTMLCanvasElement, app: App, xyz: Float64Array): void {
+export function paintStrip(canvas: HTMLCanvasElement, page: Page, xyz: Float64Array): void {
   const count = xyz.length / 3;
   canvas.width = count;
   canvas.height = 1;
   const context = canvas.getContext("2d");
-  const look = app.stage?.picture?.look;
+  const look = page.stage?.picture?.look;
   if (!context || !look) return;
   let most = 0;
   for (let i = 0; i < count; i++) most = Math.max(most, xyz[3 * i + 1]);

@@ -1,8 +1,8 @@
 // What can be taken away: the picture, its numbers, the link.
 
-import type { App } from "../app";
 import type { Core } from "../core/core";
 import { SPECTRUM_NM, inSteps } from "../core/wavelengths";
+import type { Page } from "../page";
 import { filled, writeLink } from "../state/keys";
 import { TEXT } from "../text/strings";
 
@@ -14,39 +14,39 @@ function save(name: string, blob: Blob): void {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-export function savePicture(app: App): void {
-  app.stage?.draw();
-  app.stage?.picture?.canvas.toBlob((blob) => blob && save(`iridesce-${app.state.scene}.png`, blob), "image/png");
+export function savePicture(page: Page): void {
+  page.stage?.draw();
+  page.stage?.picture?.canvas.toBlob((blob) => blob && save(`iridesce-${page.state.scene}.png`, blob), "image/png");
 }
 
-export function saveCsv(app: App): void {
-  save(`iridesce-${app.state.scene}.csv`, new Blob([csv(app)], { type: "text/csv" }));
+export function saveCsv(page: Page): void {
+  save(`iridesce-${page.state.scene}.csv`, new Blob([csv(page)], { type: "text/csv" }));
 }
 
-export function copyLink(app: App): void {
-  navigator.clipboard?.writeText(location.href.split("#")[0] + writeLink(app.state)).then(
-    () => app.tell(TEXT.copied),
+export function copyLink(page: Page): void {
+  navigator.clipboard?.writeText(location.href.split("#")[0] + writeLink(page.state)).then(
+    () => page.tell(TEXT.copied),
     () => {},
   );
 }
 
 /** What the scene shows, as numbers: text of the file. */
-export function csv(app: App): string {
-  const { state } = app;
+export function csv(page: Page): string {
+  const { state } = page;
   const head = `# iridesce ${state.scene} ${writeLink(state)}\n`;
   switch (state.scene) {
     case "bubble":
     case "slick":
-      return head + fieldRows(app);
+      return head + fieldRows(page);
     case "rings":
-      return head + ringRows(app, app.core as Core);
+      return head + ringRows(page, page.core as Core);
     default:
-      return head + spectrumRows(app, app.core as Core);
+      return head + spectrumRows(page, page.core as Core);
   }
 }
 
-function fieldRows(app: App): string {
-  const field = app.stage?.picture?.field;
+function fieldRows(page: Page): string {
+  const field = page.stage?.picture?.field;
   if (!field) return "";
   const rows = Array.from({ length: field.rows }, (_, i) =>
     Array.from(field.thickness_nm.subarray(i * field.columns, (i + 1) * field.columns), (nm) => nm.toFixed(2)).join(","),
@@ -54,7 +54,7 @@ function fieldRows(app: App): string {
   return `# thickness_nm, row 0 on top\n${rows.join("\n")}\n`;
 }
 
-function ringRows({ state, layer }: App, core: Core): string {
+function ringRows({ state, layer }: Page, core: Core): string {
   const view = Number(state["view_mm"]);
   const radii = Array.from({ length: 401 }, (_, i) => (view * i) / 800);
   const gaps = core.call("thickness_lens_gap", "", [Number(state["radius_mm"]), Number(state["thickness_nm"]), ...radii]).result;
@@ -63,7 +63,7 @@ function ringRows({ state, layer }: App, core: Core): string {
   return `radius_mm,gap_nm,X,Y,Z\n${radii.map((r, i) => [r, gaps[i], ...xyz.subarray(3 * i, 3 * i + 3)].join(",")).join("\n")}\n`;
 }
 
-function spectrumRows({ state }: App, core: Core): string {
+function spectrumRows({ state }: Page, core: Core): string {
   const wavelengths = inSteps(SPECTRUM_NM, 1);
   const angle = Number(state["angle_deg"]);
   const now = filled(String(state["stack"]), Number(state["thickness_nm"]));
