@@ -8,14 +8,21 @@ use crate::prepare::{MOST_FILMS, Prepared};
 /// Why a pixel could not be finished.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PathFailure {
-    /// It shows finer fringes than the spectra resolve: this level would do.
-    NeedsLevel(usize),
     /// A ray came to an object in another medium than the one that the object lies in.
     WrongMedium { object: usize, is_in: u8, expected: u8 },
     /// Media nested too deeply.
     TooDeep { object: usize },
     /// A straight way through films does not come past this one: another lies where it lies.
     SamePlace { object: usize },
+}
+
+/// The level of spectra that a pixel asks for; an error where it was not prepared, which takes thicknesses beyond those that
+/// the scene has told.
+pub fn prepared_level(scene: &Prepared, level: usize) -> Result<usize, RenderError> {
+    if level < scene.levels.len() {
+        return Ok(level);
+    }
+    Err(RenderError::Resource(format!("spectra of level {level} are needed, which were not prepared")))
 }
 
 /// What a scene is told whose rays fail.
@@ -59,8 +66,5 @@ pub fn describe(scene: &Prepared, failure: PathFailure) -> RenderError {
             ),
             key: format!("object.{}", scene.names[object]),
         },
-        PathFailure::NeedsLevel(level) => {
-            RenderError::Resource(format!("spectra of level {level} are needed, which were not prepared"))
-        }
     }
 }

@@ -3,9 +3,9 @@
 use fearless_simd::{Level, Simd};
 use iridesce_numerics::Watch;
 
-use crate::failure::{PathFailure, describe};
+use crate::failure::{describe, prepared_level};
 use crate::framebuffer::{RenderError, TilePlanes};
-use crate::integrator::{GROUP, Tracer};
+use crate::integrator::{Finished, GROUP, Tracer};
 use crate::prepare::Prepared;
 use crate::refraction::shown;
 use crate::sampler::PixelSampler;
@@ -104,10 +104,9 @@ impl TileSums {
                     }
                 }
                 self.has_surface |= tracer.has_met_surface();
-                match tracer.finish(simd) {
-                    Ok(()) => break tracers[level].as_mut(),
-                    Err(PathFailure::NeedsLevel(finer)) => level = finer,
-                    Err(failure) => return Err(describe(scene, failure)),
+                match tracer.finish(simd).map_err(|failure| describe(scene, failure))? {
+                    Finished::Whole => break tracers[level].as_mut(),
+                    Finished::NeedsLevel(finer) => level = prepared_level(scene, finer)?,
                 }
             };
             let Some(tracer) = tracer else { unreachable!("it has just traced") };

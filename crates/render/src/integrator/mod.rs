@@ -72,6 +72,14 @@ const BRANCHES: usize = 4;
 /// Planes of incidence closer than this (sine of the angle between them) count as one: the second-order error is 1e-10.
 const SAME_PLANE: f64 = 1e-5;
 
+/// What the rays of a pixel came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Finished {
+    Whole,
+    /// It shows finer fringes than its spectra resolve: it starts again with those of this level.
+    NeedsLevel(usize),
+}
+
 /// Working memory of one thread.
 pub struct Tracer<'a> {
     scene: &'a Prepared,
@@ -93,6 +101,8 @@ pub struct Tracer<'a> {
     /// What is added up beside them, if anything was asked for.
     extras: Option<Extras>,
     failure: Option<PathFailure>,
+    /// The level of the spectra that the pixel asks for, if its own are too coarse.
+    finer: Option<usize>,
     /// A ray of the pixel has met a surface.
     has_met_surface: bool,
     /// Whether the sample under work carries the sparse branches of its group; `None` where each sample carries its own.
@@ -130,6 +140,7 @@ impl<'a> Tracer<'a> {
             batch: 0,
             extras: Extras::new(&spectra.nodes),
             failure: None,
+            finer: None,
             has_met_surface: false,
             carries_sparse: None,
             scattered: vec![Scattered::default(); slots],
@@ -159,21 +170,28 @@ impl<'a> Tracer<'a> {
         self.carries_sparse = carries_sparse;
     }
 
-    /// Ends a pixel: what each batch came to can then be taken; or tells why there is nothing. Either way it starts afresh.
+    /// Ends a pixel: what each batch came to can then be taken, or there is nothing. Either way it starts afresh.
     #[inline(always)]
-    pub fn finish<S: Simd>(&mut self, simd: S) -> Result<(), PathFailure> {
+    pub fn finish<S: Simd>(&mut self, simd: S) -> Result<Finished, PathFailure> {
         self.add_environment(simd);
         self.add_environment_unscattered(simd);
-        match self.failure.take() {
-            None => Ok(()),
-            Some(failure) => {
-                self.batches.fill([0.0; 4]);
-                if let Some(extras) = &mut self.extras {
-                    extras.clear();
-                }
-                Err(failure)
+        if self.is_given_up() {
+            self.batches.fill([0.0; 4]);
+            if let Some(extras) = &mut self.extras {
+                extras.clear();
             }
         }
+        match (self.failure.take(), self.finer.take()) {
+            (Some(failure), _) => Err(failure),
+            (None, Some(level)) => Ok(Finished::NeedsLevel(level)),
+            (None, None) => Ok(Finished::Whole),
+        }
+    }
+
+    /// Whether the paths under work lead nowhere: the scene fails there, or the pixel starts again with finer spectra.
+    #[inline(always)]
+    fn is_given_up(&self) -> bool {
+        self.failure.is_some() || self.finer.is_some()
     }
 
     /// Whether any of the rays since this was asked last has met a surface.
@@ -249,7 +267,7 @@ impl<'a> Tracer<'a> {
                     None => break,
                 }
             }
-            if self.failure.is_some() {
+            if self.is_given_up() {
                 self.free.push(path.slot);
                 while let Some(next) = self.waiting.pop() {
                     self.free.push(next.slot);
@@ -352,7 +370,7 @@ impl<'a> Tracer<'a> {
         }
         let finer = self.scene.levels[self.level..].iter().position(|level| path_difference_nm <= level.resolved_nm);
         // The last level resolves everything that the scene's thicknesses allow.
-        self.failure = Some(PathFailure::NeedsLevel(self.level + finer.unwrap_or(0).max(1)));
+        self.finer = Some(self.level + finer.unwrap_or(0).max(1));
         true
     }
 

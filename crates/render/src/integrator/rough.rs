@@ -157,7 +157,7 @@ impl<'a> Tracer<'a> {
                 }
                 self.light_facet(simd, path, facets, sums, choices);
             }
-            if self.failure.is_some() {
+            if self.is_given_up() {
                 break;
             }
             let local = if number == 0 { first } else { facets.ray.facet(&facets.spread, choices.pair()) };

@@ -51,7 +51,7 @@ impl<'a> Tracer<'a> {
             luminance = self.film_facet(simd, &mut mirrored, path, &mut facets, number == 0, choices);
             density = before.density(mirrored.direction);
         }
-        if self.failure.is_some() {
+        if self.is_given_up() {
             self.free.push(mirrored.slot);
             return false;
         }
