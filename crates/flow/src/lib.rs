@@ -28,7 +28,9 @@ mod tension;
 mod transport;
 mod viscosity;
 
+// They stand with the tests, and are of the crate: they set states that no user may set.
 #[cfg(test)]
+#[path = "../tests/laws/mod.rs"]
 mod laws;
 
 pub use error::FlowError;
