@@ -1,7 +1,7 @@
 // What is on the canvas: where the film lies, how thick it is, the colour table, the exposure. Each is made anew only
 // when what it depends on has changed; every change ends in one draw.
 
-import type { Core, Table, TableRequest } from "./core/core";
+import type { Core, ColorTable, TableRequest } from "./core/core";
 import { Job, Tables } from "./core/jobs";
 import { lookUp } from "./core/look-up";
 import { CHART_DEG, aspectOf, geometryOf } from "./draw/geometry";
@@ -273,7 +273,7 @@ export class Stage implements FilmStage {
     }
   }
 
-  private tableCame(table: Table): void {
+  private tableCame(table: ColorTable): void {
     this.picture?.setTable(table);
     this.draw();
     this.page.version++;

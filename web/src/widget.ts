@@ -1,7 +1,7 @@
 // The notebook widget (anywidget): the page's own picture and charts, with numbers from Python instead of wasm.
 
 import { html, render } from "lit";
-import type { Table } from "./core/core";
+import type { ColorTable } from "./core/core";
 import { lookUp } from "./core/look-up";
 import { SPECTRUM_NM } from "./core/wavelengths";
 import { CHART_DEG, geometryOf } from "./draw/geometry";
@@ -27,7 +27,7 @@ function floats(value: unknown): Float32Array {
   return new Float32Array(value.buffer.slice(value.byteOffset, value.byteOffset + value.byteLength));
 }
 
-function tableOf(model: Model): Table | null {
+function tableOf(model: Model): ColorTable | null {
   const head = model.get("_shape") as number[];
   const nodes = floats(model.get("_nodes"));
   if (head.length < 8 || nodes.length !== head[0] * head[1] * 6) return null;

@@ -41,7 +41,7 @@ const BINS: usize = 24;
 
 /// Channels of every film at every angle.
 #[derive(Debug, Clone, Copy)]
-pub struct Films<'a> {
+pub struct FilmChannels<'a> {
     /// First thickness.
     pub first_nm: f32,
     /// From one to the next.
@@ -52,7 +52,7 @@ pub struct Films<'a> {
     pub count: usize,
 }
 
-impl Films<'_> {
+impl FilmChannels<'_> {
     /// The tables of all angles.
     pub fn tables(&self, of: &Exposure) -> Result<Vec<PixelTable>, InverseError> {
         if self.count < 3 || self.channels.is_empty() || !self.channels.len().is_multiple_of(3 * self.count) {
@@ -117,7 +117,7 @@ pub struct Fitted {
 
 /// The exposures that each start leads to, best first. `of` has all but gain and haze.
 pub fn exposures(
-    films: &Films<'_>,
+    films: &FilmChannels<'_>,
     sample: &Sample<'_>,
     of: &Exposure,
     watch: &Watch,
@@ -192,7 +192,7 @@ fn darkest(sample: &Sample<'_>, channel: usize) -> f32 {
 }
 
 fn from_start(
-    films: &Films<'_>,
+    films: &FilmChannels<'_>,
     sample: &Sample<'_>,
     start: Exposure,
     level: f32,
@@ -346,7 +346,12 @@ fn solved(normal: &[[f64; 5]; 4], free: [bool; 4]) -> Option<[f64; 4]> {
     Some(std::array::from_fn(|k| rows[k][4] / rows[k][k]))
 }
 
-fn residuals(sample: &Sample<'_>, tables: &[PixelTable], nearest: &[Option<Nearest>], films: &Films<'_>) -> (f64, f64) {
+fn residuals(
+    sample: &Sample<'_>,
+    tables: &[PixelTable],
+    nearest: &[Option<Nearest>],
+    films: &FilmChannels<'_>,
+) -> (f64, f64) {
     let mut sizes = Vec::new();
     let mut bins = [[[0.0_f64; 3]; 3]; BINS];
     let range = films.step_nm * films.count as f32;
@@ -381,7 +386,7 @@ fn residuals(sample: &Sample<'_>, tables: &[PixelTable], nearest: &[Option<Neare
 
 /// Of each pixel the share of its likelihood near `thickness_nm` under another exposure, table or lamp.
 pub fn agreement(
-    films: &Films<'_>,
+    films: &FilmChannels<'_>,
     sample: &Sample<'_>,
     of: &Exposure,
     thickness_nm: &[f32],

@@ -22,7 +22,7 @@ mod tridiagonal;
 
 pub use error::InverseError;
 pub use evidence::{Explained, Measured, Nuisance, explain, log_evidences};
-pub use exposure::{Films, Fitted, Sample, agreement, exposures};
+pub use exposure::{FilmChannels, Fitted, Sample, agreement, exposures};
 pub use lines::Slope;
 pub use neighbours::{Neighbourhood, neighbourhood, noise};
 pub use photograph::{Map, Prior, Question, TOLD, map_thickness};

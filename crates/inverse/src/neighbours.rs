@@ -4,7 +4,7 @@ use iridesce_numerics::Watch;
 
 use crate::InverseError;
 use crate::blocks::all_candidates;
-use crate::exposure::Films;
+use crate::exposure::FilmChannels;
 use crate::lines::{Slope, beliefs};
 use crate::pixels::{Candidate, Exposure, MOST, Photograph, PixelTable};
 
@@ -90,7 +90,7 @@ pub fn noise(of: &Photograph<'_>) -> [[f64; 2]; 3] {
 
 /// Temper and steps, measured in blocks of the picture: answer, residuals, temper, answer.
 pub fn neighbourhood(
-    films: &Films<'_>,
+    films: &FilmChannels<'_>,
     exposure: &Exposure,
     of: &Photograph<'_>,
     quarter_nm: f32,
@@ -292,7 +292,7 @@ mod tests {
                 })
             })
             .collect();
-        let films = Films { first_nm: 0.0, step_nm: 2.0, channels: &channels, count: 400 };
+        let films = FilmChannels { first_nm: 0.0, step_nm: 2.0, channels: &channels, count: 400 };
         let exposure = Exposure {
             gain: 1.0,
             haze: [0.0; 3],

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::InverseError;
 use crate::blocks::all_candidates;
-use crate::exposure::Films;
+use crate::exposure::FilmChannels;
 use crate::lines::{Slope, beliefs};
 use crate::neighbours::Neighbourhood;
 use crate::pixels::{Candidate, Exposure, MOST, Photograph, filled};
@@ -37,7 +37,7 @@ pub struct Map {
 #[derive(Debug, Clone, Copy)]
 pub struct Question<'a> {
     /// Channels of every film.
-    pub films: Films<'a>,
+    pub films: FilmChannels<'a>,
     /// How the picture was exposed.
     pub exposure: Exposure,
     /// How neighbours hang together.

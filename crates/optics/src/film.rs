@@ -11,7 +11,7 @@ use crate::{Complex64, OpticsError};
 
 /// What one film between two media does with one polarisation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Film {
+pub struct FilmResponse {
     /// Electric-field amplitudes: `r` with its phase at the first interface, `t` at the second.
     pub amplitudes: Amplitudes,
     /// Reflectance `|r|^2`.
@@ -40,7 +40,7 @@ pub fn airy(
     wavelength_nm: f64,
     cos_theta: f64,
     polarization: Polarization,
-) -> Result<Film, OpticsError> {
+) -> Result<FilmResponse, OpticsError> {
     check_first(n[0])?;
     check_finite_index(n[1], "the film")?;
     check_last(n[2])?;
@@ -66,7 +66,11 @@ pub fn airy(
         Polarization::P => (q3 / n[2] * n[2].conj()).re / q1.re,
         _ => q3.re / q1.re,
     };
-    Ok(Film { amplitudes: Amplitudes { r, t }, reflectance: r.norm_sqr(), transmittance: flux_ratio * t.norm_sqr() })
+    Ok(FilmResponse {
+        amplitudes: Amplitudes { r, t },
+        reflectance: r.norm_sqr(),
+        transmittance: flux_ratio * t.norm_sqr(),
+    })
 }
 
 /// Reflectance of a lossless film with the same lossless medium on both sides: a soap film, an air gap.

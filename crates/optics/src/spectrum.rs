@@ -2,19 +2,19 @@
 
 /// A table `(x ascending, y)` read by linear interpolation.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table {
+pub struct Tabulated {
     x: Vec<f64>,
     y: Vec<f64>,
 }
 
-impl Table {
+impl Tabulated {
     /// A table over strictly ascending `x`; `None` when lengths differ, `x` is empty, not finite or not ascending.
-    pub fn new(x: Vec<f64>, y: Vec<f64>) -> Option<Table> {
+    pub fn new(x: Vec<f64>, y: Vec<f64>) -> Option<Tabulated> {
         let sound = !x.is_empty()
             && x.len() == y.len()
             && x.iter().chain(&y).all(|v| v.is_finite())
             && x.windows(2).all(|w| w[0] < w[1]);
-        sound.then_some(Table { x, y })
+        sound.then_some(Tabulated { x, y })
     }
 
     /// First and last abscissa.
@@ -56,11 +56,11 @@ impl Table {
 
 #[cfg(test)]
 mod tests {
-    use super::Table;
+    use super::Tabulated;
 
     #[test]
     fn interpolates_and_ends() {
-        let table = Table::new(vec![400.0, 500.0, 700.0], vec![1.0, 2.0, 6.0]).unwrap();
+        let table = Tabulated::new(vec![400.0, 500.0, 700.0], vec![1.0, 2.0, 6.0]).unwrap();
         assert_eq!(table.at(400.0), Some(1.0));
         assert_eq!(table.at(450.0), Some(1.5));
         assert_eq!(table.at(600.0), Some(4.0));
@@ -72,9 +72,9 @@ mod tests {
 
     #[test]
     fn refuses_unsound_tables() {
-        assert!(Table::new(vec![], vec![]).is_none());
-        assert!(Table::new(vec![1.0, 1.0], vec![0.0, 0.0]).is_none());
-        assert!(Table::new(vec![1.0], vec![0.0, 0.0]).is_none());
-        assert!(Table::new(vec![1.0, 2.0], vec![0.0, f64::NAN]).is_none());
+        assert!(Tabulated::new(vec![], vec![]).is_none());
+        assert!(Tabulated::new(vec![1.0, 1.0], vec![0.0, 0.0]).is_none());
+        assert!(Tabulated::new(vec![1.0], vec![0.0, 0.0]).is_none());
+        assert!(Tabulated::new(vec![1.0, 2.0], vec![0.0, f64::NAN]).is_none());
     }
 }

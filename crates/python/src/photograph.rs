@@ -1,7 +1,7 @@
 //! Bindings of the inverse stage's photographs: flat arrays in, flat arrays out.
 
 use iridesce::inverse::{
-    Exposure, Films, Neighbourhood, Photograph, Prior, Question, Sample, TOLD, Tie, agreement, exposures,
+    Exposure, FilmChannels, Neighbourhood, Photograph, Prior, Question, Sample, TOLD, Tie, agreement, exposures,
     map_thickness, neighbourhood, noise,
 };
 use numpy::{
@@ -40,8 +40,8 @@ fn exposure(row: &[f32]) -> Result<Exposure> {
     })
 }
 
-fn films<'a>(channels: &'a PyReadonlyArray3<'_, f32>, first_nm: f32, step_nm: f32) -> Result<Films<'a>> {
-    Ok(Films { first_nm, step_nm, channels: channels.as_slice()?, count: channels.shape()[2] })
+fn films<'a>(channels: &'a PyReadonlyArray3<'_, f32>, first_nm: f32, step_nm: f32) -> Result<FilmChannels<'a>> {
+    Ok(FilmChannels { first_nm, step_nm, channels: channels.as_slice()?, count: channels.shape()[2] })
 }
 
 /// A picture and what of it is left out.
@@ -103,7 +103,7 @@ fn picture_exposures<'py>(
         watch.begin("exposure", views as u64);
         let mut every = Vec::with_capacity(views);
         for channels in all.chunks_exact(angles * 3 * count) {
-            let films = Films { first_nm, step_nm, channels, count };
+            let films = FilmChannels { first_nm, step_nm, channels, count };
             let mut rows = Vec::new();
             for one in exposures(&films, &sample, &base, watch)? {
                 let [h0, h1, h2] = one.exposure.haze.map(f64::from);

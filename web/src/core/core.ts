@@ -17,7 +17,7 @@ export class CoreError extends Error {}
 /** The core broke; the instance is of no more use. */
 export class CoreBroken extends Error {}
 
-export interface Shape {
+export interface TableGrid {
   rows: number;
   columns: number;
   first_nm: number;
@@ -32,7 +32,7 @@ export interface Shape {
 }
 
 /** Colours of one stack over thickness and angle, exact at its nodes: X, Y, Z and their slopes, row by row. */
-export interface Table extends Shape {
+export interface ColorTable extends TableGrid {
   range_nm: [number, number];
   range_deg: [number, number];
   nodes: Float32Array;
@@ -170,7 +170,7 @@ export class Core {
     return this.call(what).message.trimEnd().split("\n").map((line) => line.split("\t")[0]);
   }
 
-  table(request: TableRequest): Table {
+  table(request: TableRequest): ColorTable {
     const text = [request.stack, request.illuminant, "", "", ""].join("\n");
     const numbers = [request.layer, ...request.range_nm, ...request.range_deg, request.max_delta_e];
     return tableOf(this.call("color_table", text, numbers).result, request.range_nm, request.range_deg);
@@ -186,7 +186,7 @@ export class Core {
   }
 }
 
-export function tableOf(result: Float64Array, range_nm: [number, number], range_deg: [number, number]): Table {
+export function tableOf(result: Float64Array, range_nm: [number, number], range_deg: [number, number]): ColorTable {
   const [rows, columns, first_nm, step_nm, first_deg, step_deg, inverse_square, x, y, z, max, mean] = result;
   return {
     rows, columns, first_nm, step_nm, first_deg, step_deg, inverse_square,

@@ -1,7 +1,7 @@
 // Work in workers: one makes tables, one lets a film flow. The newest request wins; what takes too long is ended with
 // its worker, which comes back in some ten milliseconds.
 
-import type { FilmState, Table, TableRequest } from "./core";
+import type { FilmState, ColorTable, TableRequest } from "./core";
 import { loadStored, makeWorker } from "./load";
 import { type StoredTable, storedFor, unpackTable } from "./stored";
 
@@ -15,7 +15,7 @@ export type Request =
   | { kind: "flow-stir"; place: [number, number]; speed: [number, number]; radius_m: number };
 
 export type Reply =
-  | { kind: "table"; id: number; table: Table; seconds: number }
+  | { kind: "table"; id: number; table: ColorTable; seconds: number }
   | { kind: "swirls"; id: number; values: Float32Array; columns: number; rows: number }
   | { kind: "film"; id: number; film: FilmState; seconds: number }
   | { kind: "error"; id: number; message: string; broken: boolean };
@@ -83,7 +83,7 @@ const KEPT = 16;
 
 /** Colour tables: those kept, those that came with the page, those made now. */
 export class Tables {
-  private kept = new Map<string, Table>();
+  private kept = new Map<string, ColorTable>();
   private job: Job;
   /** Every table that was made: what it was and how long it took. */
   made: { key: string; seconds: number }[] = [];
@@ -97,12 +97,12 @@ export class Tables {
     return [stack, layer, illuminant, range_nm, range_deg, max_delta_e].join("|");
   }
 
-  find(request: TableRequest): Table | undefined {
+  find(request: TableRequest): ColorTable | undefined {
     return this.kept.get(Tables.key(request));
   }
 
   /** The table asked for; an earlier request that is still being worked at is given up. */
-  async get(request: TableRequest): Promise<Table | null> {
+  async get(request: TableRequest): Promise<ColorTable | null> {
     const key = Tables.key(request);
     const kept = this.kept.get(key);
     if (kept) return kept;
@@ -117,7 +117,7 @@ export class Tables {
     return this.keep(key, reply.table);
   }
 
-  private keep(key: string, table: Table): Table {
+  private keep(key: string, table: ColorTable): ColorTable {
     this.kept.set(key, table);
     while (this.kept.size > KEPT) this.kept.delete(this.kept.keys().next().value as string);
     return table;

@@ -1,12 +1,12 @@
 // The twin of the shader's look-up: a colour table at one thickness and angle, as crates/optics/src/color/color_table.rs
 // interpolates it. It draws where there is no WebGL, and tells the colour under the pointer.
 
-import type { Table } from "./core";
+import type { ColorTable } from "./core";
 
 const RADIANS = Math.PI / 180;
 
 /** Writes X, Y, Z to `out` at `at`. Thickness and angle are held within the table. */
-export function lookUp(table: Table, thickness_nm: number, angle_deg: number, out: Float32Array | Float64Array, at: number): void {
+export function lookUp(table: ColorTable, thickness_nm: number, angle_deg: number, out: Float32Array | Float64Array, at: number): void {
   const { rows, columns, nodes } = table;
   const angle = Math.min(Math.max(angle_deg, table.range_deg[0]), table.range_deg[1]);
   let v = Math.min(Math.max(thickness_nm, table.range_nm[0]), table.range_nm[1]);

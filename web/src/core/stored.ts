@@ -1,6 +1,6 @@
 // Colour tables that come with the page: which there are, and how they are packed (web/tools/tables.mjs makes them).
 
-import type { Table, TableRequest } from "./core";
+import type { ColorTable, TableRequest } from "./core";
 
 export interface StoredTable extends TableRequest {
   name: string;
@@ -20,7 +20,7 @@ export function storedFor(stored: readonly StoredTable[], request: TableRequest)
 }
 
 /** Its shape and the size of a step as float64, least significant byte first, then each channel's high bytes and low bytes. */
-export function unpackTable(bytes: ArrayBuffer, { range_nm, range_deg }: StoredTable): Table {
+export function unpackTable(bytes: ArrayBuffer, { range_nm, range_deg }: StoredTable): ColorTable {
   const [rows, columns, first_nm, step_nm, first_deg, step_deg, inverse_square, x, y, z, max, mean, step] = new Float64Array(bytes.slice(0, 8 * HEAD));
   const packed = new Uint8Array(bytes, 8 * HEAD);
   const count = rows * columns;

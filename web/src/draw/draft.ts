@@ -1,6 +1,6 @@
 // A colour table as a graphics device is given it for films that move: one texel a place instead of sixteen.
 
-import type { Table } from "../core/core";
+import type { ColorTable } from "../core/core";
 import { lookUp } from "../core/look-up";
 
 export interface Draft {
@@ -18,7 +18,7 @@ const DRAFT_ROWS = 512;
 const DRAFT_COLUMNS = 2048;
 
 /** A table to read with one fetch a place, to CIEDE2000 0.5; null: too many columns, read the table itself. */
-export function draftOf(table: Table): Draft | null {
+export function draftOf(table: ColorTable): Draft | null {
   const [least, most] = [table.first_nm, table.first_nm + (table.columns - 1) * table.step_nm];
   const columns = Math.ceil((most - least) / DRAFT_NM) + 1;
   if (columns > DRAFT_COLUMNS) return null;
@@ -28,7 +28,7 @@ export function draftOf(table: Table): Draft | null {
   const texels = new Uint32Array(rows * columns * 4);
   const color = new Float32Array(3);
   // Rows are reduced thickness: that of light at right angles is the thickness itself.
-  const flat: Table = { ...table, inverse_square: 0, range_nm: [least, most] };
+  const flat: ColorTable = { ...table, inverse_square: 0, range_nm: [least, most] };
   for (let row = 0; row < rows; row++) {
     let after = [0, 0, 0];
     for (let column = columns - 1; column >= 0; column--) {

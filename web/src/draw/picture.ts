@@ -1,6 +1,6 @@
 // A picture on a canvas: WebGL2 where there is one, else the same arithmetic in a loop.
 
-import type { Table } from "../core/core";
+import type { ColorTable } from "../core/core";
 import { lookUp } from "../core/look-up";
 import { type Draft, draftOf } from "./draft";
 import { type Field, type Geometry, WALL, thicknessAt } from "./geometry";
@@ -29,7 +29,7 @@ interface Painter {
   /** Whether the processor shades the pixels. */
   readonly software: boolean;
   setGeometry(geometry: Geometry): void;
-  setTable(table: Table): void;
+  setTable(table: ColorTable): void;
   setField(field: Field): void;
   draw(look: Look): void;
   xyz(): Float32Array;
@@ -44,7 +44,7 @@ export class Picture {
   /** The look that is on the canvas; nothing: something else has changed since. */
   private drawn = "";
   geometry: Geometry | null = null;
-  table: Table | null = null;
+  table: ColorTable | null = null;
   field: Field = NO_FIELD;
   look: Look = { rgb_from_xyz: [1, 0, 0, 0, 1, 0, 0, 0, 1], exposure: 1, moving: false };
 
@@ -79,7 +79,7 @@ export class Picture {
     this.drawn = "";
   }
 
-  setTable(table: Table): void {
+  setTable(table: ColorTable): void {
     if (this.table === table) return;
     this.table = table;
     this.painter?.setTable(table);
@@ -166,9 +166,9 @@ class GlPainter implements Painter {
   private readonly held = new Map<string, string>();
   private corners = new Float32Array(0);
   private geometry: Geometry | null = null;
-  private table: Table | null = null;
+  private table: ColorTable | null = null;
   /** The table that the draft on the device was made of. */
-  private drafted: Table | null = null;
+  private drafted: ColorTable | null = null;
   private hasDraft = false;
   private draftAxes: Four = [0, 1, 0, 1];
   private readonly lost: (event: Event) => void;
@@ -254,7 +254,7 @@ class GlPainter implements Painter {
     return this.hasDraft;
   }
 
-  setTable(table: Table): void {
+  setTable(table: ColorTable): void {
     this.table = table;
     const { rows, columns, nodes } = table;
     const count = rows * columns;
@@ -391,7 +391,7 @@ const mirrored = new Float64Array(3);
 const inner = new Float64Array(3);
 
 /** One pixel's X, Y, Z: the twin of the shader's main. */
-function shade(geometry: Geometry, table: Table, field: Field, pixel: number, out: Float32Array, at: number): void {
+function shade(geometry: Geometry, table: ColorTable, field: Field, pixel: number, out: Float32Array, at: number): void {
   const { front, back, behind, passes } = geometry;
   const n = pixel * WALL;
   const [rest, cover] = [behind[2 * pixel], behind[2 * pixel + 1]];
@@ -416,7 +416,7 @@ function shade(geometry: Geometry, table: Table, field: Field, pixel: number, ou
   }
 }
 
-function wallColor(geometry: Geometry, table: Table, field: Field, wall: Float32Array, n: number, out: Float64Array): void {
+function wallColor(geometry: Geometry, table: ColorTable, field: Field, wall: Float32Array, n: number, out: Float64Array): void {
   const nm = geometry.field ? thicknessAt(field, wall[n], wall[n + 1], geometry.repeats) : wall[n];
   lookUp(table, nm, wall[n + 2], out, 0);
 }
@@ -443,7 +443,7 @@ class LoopPainter implements Painter {
   readonly software = true;
   private readonly context: CanvasRenderingContext2D;
   private geometry: Geometry | null = null;
-  private table: Table | null = null;
+  private table: ColorTable | null = null;
   private field: Field = NO_FIELD;
 
   constructor(canvas: HTMLCanvasElement) {
@@ -456,7 +456,7 @@ class LoopPainter implements Painter {
     this.geometry = geometry;
   }
 
-  setTable(table: Table): void {
+  setTable(table: ColorTable): void {
     this.table = table;
   }
 
@@ -481,7 +481,7 @@ class LoopPainter implements Painter {
     const geometry = this.geometry as Geometry;
     const count = geometry.width * geometry.height;
     const xyz = new Float32Array(count * 3);
-    for (let i = 0; i < count; i++) shade(geometry, this.table as Table, this.field, i, xyz, 3 * i);
+    for (let i = 0; i < count; i++) shade(geometry, this.table as ColorTable, this.field, i, xyz, 3 * i);
     return xyz;
   }
 

@@ -1,13 +1,13 @@
 // Dark rings as the picture has them.
 
-import type { Table } from "../core/core";
+import type { ColorTable } from "../core/core";
 import { lookUp } from "../core/look-up";
 import type { Page } from "../page";
 
 /** Points along a radius; a ring is then found by the parabola through three of them. */
 const POINTS = 2400;
 
-let last: { table: Table; view: string; radii: number[] } | null = null;
+let last: { table: ColorTable; view: string; radii: number[] } | null = null;
 
 /** Radii in mm at which the drawn table is darkest. */
 export function measuredRadii(page: Page): number[] {

@@ -7,7 +7,7 @@ use iridesce_numerics::shown;
 use super::observer::{FIRST_NM, LAST_NM, Observer};
 use super::table::parse_csv;
 use crate::OpticsError;
-use crate::spectrum::Table;
+use crate::spectrum::Tabulated;
 
 /// Second radiation constant h c / k in nm K (exact SI constants of 2019).
 const SECOND_RADIATION_NM_K: f64 = 1.438_776_877e7;
@@ -29,7 +29,7 @@ pub struct Illuminant {
 #[derive(Debug, Clone, PartialEq)]
 enum Continuous {
     Dark,
-    Table(Arc<Table>),
+    Table(Arc<Tabulated>),
     Blackbody { kelvin: f64 },
 }
 
@@ -80,7 +80,7 @@ impl Illuminant {
         if let Some(wrong) = power.iter().find(|power| power.is_nan() || **power < 0.0) {
             return Err(OpticsError::Data(format!("{label}: power must be >= 0, got {wrong}")));
         }
-        let table = Table::new(wavelength_nm, power).filter(|_| rows >= 2).ok_or_else(|| {
+        let table = Tabulated::new(wavelength_nm, power).filter(|_| rows >= 2).ok_or_else(|| {
             OpticsError::Data(format!("{label}: an illuminant needs two rows wavelength_nm,power at least, got {rows}"))
         })?;
         let made =
@@ -135,7 +135,7 @@ impl Illuminant {
             // At 4000 K the formula dips below zero in the near ultraviolet; power does not.
             power.push((value(1) + m1 * value(2) + m2 * value(3)).max(0.0));
         }
-        let table = Table::new(nm, power).expect("our own table is sound");
+        let table = Tabulated::new(nm, power).expect("our own table is sound");
         let continuous = Continuous::Table(Arc::new(table));
         Ok(Illuminant { name: format!("daylight:{kelvin}"), continuous, lines: Arc::new([]) })
     }
@@ -227,15 +227,15 @@ fn planck_relative(wavelength_nm: f64, kelvin: f64) -> f64 {
     (560.0 / wavelength_nm).powi(5) * (reference - here).exp() * (-reference).exp_m1() / (-here).exp_m1()
 }
 
-fn cie_tables() -> &'static [(String, Arc<Table>)] {
-    static TABLES: OnceLock<Vec<(String, Arc<Table>)>> = OnceLock::new();
+fn cie_tables() -> &'static [(String, Arc<Tabulated>)] {
+    static TABLES: OnceLock<Vec<(String, Arc<Tabulated>)>> = OnceLock::new();
     TABLES.get_or_init(|| {
         let text = include_str!("../../data/illuminants/cie_illuminants.csv");
         let csv = parse_csv(text, "cie_illuminants.csv").expect("our own table reads");
         let column = |index: usize| {
             let points = csv.rows.iter().filter_map(|(_, row)| Some((row[0]?, row[index]?)));
             let (x, y) = points.unzip();
-            Arc::new(Table::new(x, y).expect("our own table is sound"))
+            Arc::new(Tabulated::new(x, y).expect("our own table is sound"))
         };
         csv.header.iter().enumerate().skip(1).map(|(i, name)| (name.clone(), column(i))).collect()
     })

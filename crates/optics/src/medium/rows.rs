@@ -1,7 +1,7 @@
 //! From rows of numbers, each with its line in the file, to tables over ascending wavelength.
 
 use super::value::check_index;
-use crate::spectrum::Table;
+use crate::spectrum::Tabulated;
 use crate::{Complex64, OpticsError};
 
 /// Which quantities a row holds after its wavelength.
@@ -75,7 +75,7 @@ pub(super) fn tables(
     mut rows: Vec<Row>,
     repeated: Repeated,
     label: &str,
-) -> Result<(Table, Table, usize), OpticsError> {
+) -> Result<(Tabulated, Tabulated, usize), OpticsError> {
     rows.sort_by(|a, b| a.wavelength_nm.total_cmp(&b.wavelength_nm));
     let (mut x, mut n, mut k) = (Vec::new(), Vec::new(), Vec::new());
     let mut conflicts = 0;
@@ -99,7 +99,7 @@ pub(super) fn tables(
         k.push(mean_k);
     }
     let unsound = || OpticsError::Data(format!("{label}: the table holds no rows"));
-    let n = Table::new(x.clone(), n).ok_or_else(unsound)?;
-    let k = Table::new(x, k).ok_or_else(unsound)?;
+    let n = Tabulated::new(x.clone(), n).ok_or_else(unsound)?;
+    let k = Tabulated::new(x, k).ok_or_else(unsound)?;
     Ok((n, k, conflicts))
 }

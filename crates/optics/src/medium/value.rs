@@ -7,7 +7,7 @@ use iridesce_numerics::WAVELENGTH_NM;
 use super::formula::Formula;
 use super::number::{index_text, short_nm, short_range};
 use super::rule::Rule;
-use crate::spectrum::Table;
+use crate::spectrum::Tabulated;
 use crate::{Complex64, OpticsError};
 
 /// Colour sums and renders ask for these wavelengths (nm); built-in media answer on all of them.
@@ -55,7 +55,7 @@ impl Kind {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Real {
     Formula { formula: Formula, range_nm: (f64, f64) },
-    Table(Table),
+    Table(Tabulated),
 }
 
 impl Real {
@@ -86,7 +86,7 @@ impl Real {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Index {
     Constant(Complex64),
-    Data { n: Real, k: Option<Table> },
+    Data { n: Real, k: Option<Tabulated> },
     Mixture(Mixture),
 }
 
@@ -312,7 +312,7 @@ impl Medium {
     fn joined(
         &self,
         n: Result<f64, String>,
-        k: Option<&Table>,
+        k: Option<&Tabulated>,
         wavelength_nm: f64,
         place: &str,
     ) -> Result<Complex64, OpticsError> {
@@ -339,7 +339,7 @@ impl Medium {
 /// What a reader hands over.
 pub(super) struct Data {
     pub(super) n: Real,
-    pub(super) k: Option<Table>,
+    pub(super) k: Option<Tabulated>,
     pub(super) source: String,
     pub(super) note: String,
 }

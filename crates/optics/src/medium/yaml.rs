@@ -52,7 +52,7 @@ fn medium(page: &Node, label: &str) -> Result<Medium, OpticsError> {
     };
     let Some(Node::List(entries, _)) = page.get("DATA") else { return Err(no_data()) };
 
-    let (mut n, mut k): (Option<Real>, Option<crate::spectrum::Table>) = (None, None);
+    let (mut n, mut k): (Option<Real>, Option<crate::spectrum::Tabulated>) = (None, None);
     let mut conflicts = 0;
     for entry in entries {
         match part(entry).map_err(fail)? {

@@ -104,7 +104,9 @@ def verb(
         set=changes,
         initial=None if initial is None else str(initial),
     )
-    tables = [_Table(path, names) for path, names in ((history, _HISTORY), (profiles, _PROFILE)) if path is not None]
+    tables = [
+        _FrameRows(path, names) for path, names in ((history, _HISTORY), (profiles, _PROFILE)) if path is not None
+    ]
     if history is not None and profiles is not None and history.resolve() == profiles.resolve():
         raise typer.BadParameter(f"is the same file as --history, {history}", param_hint="--profiles")
     for table in tables:
@@ -152,7 +154,7 @@ def _check_frames(folder: Path, count: int, ending: str) -> None:
             raise ValueError(f"{error}: {why}") from None
 
 
-class _Table:
+class _FrameRows:
     """Rows of CSV that grow by one or more with each frame, at the end of a file that holds all frames before."""
 
     def __init__(self, path: Path, names: Sequence[str]) -> None:
@@ -184,7 +186,7 @@ class _Table:
             append(self.path, more.encode())
 
 
-def _tell(film: Simulation, tables: list[_Table]) -> None:
+def _tell(film: Simulation, tables: list[_FrameRows]) -> None:
     """The frame just made, as rows."""
     now = film.summary
     for table in tables:
@@ -196,7 +198,7 @@ def _tell(film: Simulation, tables: list[_Table]) -> None:
             table.add({"time_s": times} | {name: profile[name].tolist() for name in _PROFILE[1:]})
 
 
-def _write(film: Simulation, folder: Path, ending: str, tables: list[_Table]) -> list[Path]:
+def _write(film: Simulation, folder: Path, ending: str, tables: list[_FrameRows]) -> list[Path]:
     written = []
     total = film.frame + len(film)
     with progress_bar("flowing", counted=True) as advance:
