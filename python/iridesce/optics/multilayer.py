@@ -24,24 +24,9 @@ _BLOCK = 1 << 20
 
 
 class Multilayer(Fixed):
-    """A first medium, layers in the order light meets them, and a last medium.
+    """A first medium, layers in the order light meets them, and a last medium: a `Stack` before it has colours.
 
-    items     first medium, any number of `Layer`, last medium; a medium is a name, an index (complex n + ik) or
-              a `Medium`
-    Raises    ValueError naming the item that is wrong
-
-    The first medium must have real n > 0 and k = 0; the last k >= 0; gain (k < 0) is allowed in coherent layers only.
-    Time factor exp(-i omega t). All questions take `wavelength_nm` (vacuum, > 0) and `angle_deg` (in the first medium,
-    0 <= angle < 90), which broadcast with each other and with the layers' thicknesses; scalars give a scalar.
-    A wavelength outside the data of a medium is an error.
-
-    Method: tangential fields marched from the last medium up, good to 1e-12 in R and to 1e-9 of itself in T, at grazing
-    incidence, beyond critical angles and behind opaque metals alike.
-
-    >>> import iridesce as ir
-    >>> film = ir.Stack(["air", ir.Layer(1.333, thickness_nm=100.0), "air"])
-    >>> round(film.reflectance(550.0), 10)
-    0.0781050139
+    What users hold, `iridesce.Stack`, documents both.
     """
 
     __slots__ = ("first", "last", "layers")
