@@ -67,11 +67,11 @@ def test_threads_change_nothing():
 
 def test_seeds_differ_within_their_noise():
     """Halves of many seeds have the same mean: |z| over blocks of pixels stays where chance leaves it."""
-    loaded = ir.Scene.load(build(everything(), eye(resolution=(16, 12)), [SKY], samples=8, unit="m"))
-    images = np.stack([ir.render(loaded, seed=s).xyz[..., 1] for s in range(64)]).astype(np.float64)
-    blocks = images.reshape(64, 3, 4, 4, 4).mean(axis=(2, 4))
-    one, two = blocks[:32], blocks[32:]
-    spread = np.sqrt(one.var(axis=0, ddof=1) / 32 + two.var(axis=0, ddof=1) / 32)
+    loaded = ir.Scene.load(build(everything(), eye(resolution=(16, 12)), [SKY], samples=16, unit="m"))
+    images = np.stack([ir.render(loaded, seed=s).xyz[..., 1] for s in range(32)]).astype(np.float64)
+    blocks = images.reshape(32, 3, 4, 4, 4).mean(axis=(2, 4))
+    one, two = blocks[:16], blocks[16:]
+    spread = np.sqrt(one.var(axis=0, ddof=1) / 16 + two.var(axis=0, ddof=1) / 16)
     z = (one.mean(axis=0) - two.mean(axis=0)) / (spread + 1e-9)
     assert np.abs(z).max() < 4.5
     assert 0.3 < np.mean(z**2) < 2.5
