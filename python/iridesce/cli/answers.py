@@ -48,7 +48,7 @@ def answers_errors(verb: Callable[P, None]) -> Callable[P, None]:
             code = exit_code(error)
             if code is None:
                 raise
-            sys.exit(say(message(error), code))
+            sys.exit(say(_words(verb, error), code))
         except BaseException as error:
             # A panic of the core derives from BaseException; it is our fault, yet no reason to show a stack of frames.
             if type(error).__name__ != "PanicException" or os.environ.get("IRIDESCE_DEBUG"):
@@ -56,6 +56,16 @@ def answers_errors(verb: Callable[P, None]) -> Callable[P, None]:
             sys.exit(say(message(error), FAILED))
 
     return run
+
+
+def _words(verb: Callable[..., None], error: Exception) -> str:
+    from iridesce.errors import ArgumentError
+
+    if not isinstance(error, ArgumentError):
+        return message(error)
+    from iridesce.cli.option_words import in_option_words
+
+    return in_option_words(verb, error)
 
 
 def _show_warning(message: Warning | str, *_args: object, **_kwargs: object) -> None:

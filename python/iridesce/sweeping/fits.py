@@ -16,15 +16,18 @@ def fit_one(sent: Sent, question: dict[str, Any]) -> Any:
     return fit_thickness(**question)
 
 
-def fit_each(client: Any, questions: Sequence[dict[str, Any]]) -> list[Any]:
-    """The results of ``fit_thickness`` for each of some arguments, in their order; the first error of a fit is raised."""
+def fit_each(client: Any, questions: Sequence[dict[str, Any]], raises: bool = True) -> list[Any]:
+    """The results of ``fit_thickness`` for each of some arguments, in their order.
+
+    raises   the first error of a fit is raised; else it stands in the place of its result
+    """
     results: list[Any] = [None] * len(questions)
     with opened(client) as cluster, progress_bar("spectra", counted=True) as advance:
         assert cluster is not None
         advance(0, len(questions))
         for done, (place, result, error) in enumerate(cluster.ask(fit_one, None, [(q,) for q in questions]), start=1):
-            if error is not None:
+            if error is not None and (raises or not isinstance(error, ValueError)):
                 raise error
-            results[place] = result
+            results[place] = result if error is None else error
             advance(done, len(questions))
     return results

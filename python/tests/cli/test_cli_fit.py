@@ -104,6 +104,31 @@ def test_several_files_are_a_row_each(iridesce: Run, tmp_path: Path, spectrum: P
     assert refused.returncode == 2 and "one file" in refused.stderr
 
 
+def test_a_file_that_is_no_spectrum_stops_no_other(iridesce: Run, tmp_path: Path, spectrum: Path) -> None:
+    """Each bad file has its error, the others are fitted, and the exit code is that of bad input."""
+    (tmp_path / "words.csv").write_text("no table\nat all\n")
+    (tmp_path / "few.csv").write_text("".join(f"{nm}.0;{nm / 1e4}\n" for nm in (420, 430, 440, 450)))
+    (tmp_path / "again.csv").write_bytes(spectrum.read_bytes())
+    files = ("words.csv", spectrum.name, "lost.csv", "few.csv", "again.csv")
+    finished = iridesce("fit", *files, "--stack", STACK)
+    assert finished.returncode == 3
+    assert "film.csv: air / SiO2 ? / Si: clear" in finished.stdout and "again.csv: air / SiO2" in finished.stdout
+    errors = [line for line in finished.stderr.splitlines() if line.startswith("error: ")]
+    assert [line.split(":")[1].strip() for line in errors] == ["words.csv", "lost.csv", "few.csv"]
+    assert "holds no table" in errors[0] and "usable points are too few" in errors[2]
+    told = iridesce("fit", *files, "--stack", STACK, "--json")
+    assert told.returncode == 3
+    listed = json.loads(told.stdout)
+    assert [one["file"] for one in listed] == list(files)
+    assert [one.get("verdict", "") for one in listed] == ["", "clear", "", "", "clear"]
+    assert "holds no table" in listed[0]["error"] and "error" not in listed[1]
+    alone = iridesce("fit", "words.csv", "--stack", STACK)
+    assert alone.returncode == 3 and alone.stdout == ""
+    # What is wrong of an option is told once, not of every file.
+    refused = iridesce("fit", spectrum.name, "again.csv", "--stack", STACK, "--angle", "95")
+    assert refused.returncode == 3 and refused.stderr.count("error: ") == 1 and refused.stdout == ""
+
+
 def test_counts_with_dark_and_reference(iridesce: Run, tmp_path: Path) -> None:
     """Values below 130 are counts, no percent, where a reference stands beside them."""
     nm = np.arange(420.0, 760.0, 2.0)

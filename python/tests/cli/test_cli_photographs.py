@@ -79,7 +79,7 @@ def test_a_rig_is_calibrated_and_used(iridesce: Run, tmp_path: Path) -> None:
         (("thickness", "film.tif", "--stack", FILM, "--camera", "box"), 3, "nikon-d5100"),
         (("thickness", "none.tif", "--stack", FILM), 3, "none.tif"),
         (("thickness", "film.tif", "--stack", "air / soap ? / SiO2 ? / Si"), 3, "one unknown thickness"),
-        (("calibrate", "film.tif", "--stack", FILM, "--lens", "-3", "--pixel", "5"), 3, "radius_mm"),
+        (("calibrate", "film.tif", "--stack", FILM, "--lens", "-3", "--pixel", "5"), 3, "--lens must be"),
         (("calibrate", "film.tif", "--stack", FILM, "--lens", "3", "--pixel", "5", "-o", "rig.txt"), 2, "end in .json"),
         (
             ("calibrate", "film.tif", "--stack", FILM, "--lens", "3", "--pixel", "5", "--center", "3"),

@@ -8,8 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
-from iridesce.cli.answers import note, print_json, quiet_dask, tell
+from iridesce.cli.answers import note, print_json, quiet_dask, say, tell
 from iridesce.cli.chart_file import FORMATS, write_chart
+from iridesce.cli.exit_codes import BAD_INPUT, message
 from iridesce.cli.options import AngleOption, DaskOption, JsonOption, PolarizationOption, SizeOption, ThemeOption
 from iridesce.cli.reading import pair
 
@@ -152,8 +153,13 @@ def verb(
     said |= {"gain": _gain(gain), "resolution_nm": resolution, "index": index}
     answers = _fit_each(spectrum, files_read, said, dask)
     for file in files:
-        _write(file, *answers[0], size, theme)
+        _write(file, answers[0], size, theme)
     _tell(answers, files, verbose, as_json)
+    failed = [one for one in answers if one.error is not None]
+    for one in failed:
+        say(one.words, BAD_INPUT)
+    if failed:
+        raise typer.Exit(BAD_INPUT)
 
 
 @dataclass(frozen=True)
@@ -220,31 +226,91 @@ def _fit_series(spectrum: list[Path], reading: _Reading, said: dict[str, Any]) -
         return ir.fit_series(nm[inside], measured, **reading.counts(nm, spectrum[0]), **said, progress=advance)
 
 
-def _fit_each(
-    spectrum: list[Path], reading: _Reading, said: dict[str, Any], dask: str | None
-) -> list[tuple[Path, Any, Any]]:
-    """Each file by itself: its name, what was read of it, its fit."""
+@dataclass(frozen=True)
+class _Answer:
+    """What a file was read as, and its fit; or why there is none."""
+
+    path: Path
+    read: Any = None
+    result: Any = None
+    error: Exception | None = None
+
+    @property
+    def words(self) -> str:
+        """Why there is no fit, and of which file."""
+        words = "" if self.error is None else message(self.error)
+        return words if words.startswith(str(self.path)) else f"{self.path}: {words}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """For --json."""
+        if self.error is not None:
+            return {"file": str(self.path), "error": self.words}
+        return {
+            "file": str(self.path),
+            "column": self.read.column,
+            "read": self.read.read.to_dict(),
+            **self.result.to_dict(),
+        }
+
+
+def _fit_each(spectrum: list[Path], reading: _Reading, said: dict[str, Any], dask: str | None) -> list[_Answer]:
+    """Each file by itself. One that cannot be read or fitted stands with its error, and the others are fitted."""
+    reads: list[Any] = []
+    questions: dict[int, dict[str, Any]] = {}
+    for place, path in enumerate(spectrum):
+        try:
+            reads.append(read := reading.read(path))
+            inside = reading.inside(read.wavelength_nm)
+            axes = {"wavelength_nm": read.wavelength_nm[inside], "measured": read.measured[inside]}
+            questions[place] = {**axes, **reading.counts(read.wavelength_nm, path), **said}
+        except (ValueError, OSError) as error:
+            reads[place:] = [error]
+    found = dict(zip(questions, _fitted(list(questions.values()), dask), strict=True))
+    answers = []
+    for place, (path, read) in enumerate(zip(spectrum, reads, strict=True)):
+        result = read if isinstance(read, Exception) else found[place]
+        failed = isinstance(result, Exception)
+        answers.append(_Answer(path, error=result) if failed else _Answer(path, read, result))
+    for one in answers:
+        # One file is all that was asked for; and what is wrong of an option is wrong of every file.
+        if one.error is not None and (len(answers) == 1 or _is_of_options(one.error)):
+            raise one.error
+    return answers
+
+
+def _fitted(questions: list[dict[str, Any]], dask: str | None) -> list[Any]:
+    """The fit of each, or its error."""
     import iridesce as ir
 
-    reads, questions = [reading.read(path) for path in spectrum], []
-    for read in reads:
-        inside = reading.inside(read.wavelength_nm)
-        axes = {"wavelength_nm": read.wavelength_nm[inside], "measured": read.measured[inside]}
-        questions.append({**axes, **reading.counts(read.wavelength_nm, spectrum[0]), **said})
-    if dask is None:
-        results = [ir.fit_thickness(**question) for question in questions]
-    else:
+    if dask is not None:
         from iridesce.sweeping.fits import fit_each
 
         quiet_dask()
-        results = fit_each(dask, questions)
-    return list(zip(spectrum, reads, results, strict=True))
+        return fit_each(dask, questions, raises=False)
+    results: list[Any] = []
+    for question in questions:
+        try:
+            results.append(ir.fit_thickness(**question))
+        except ValueError as error:
+            results.append(error)
+    return results
 
 
-def _write(file: Path, path: Path, read: Any, result: Any, size: str | None, theme: str) -> None:
+def _is_of_options(error: Exception) -> bool:
+    """Whether an argument was refused that an option gave, and no file."""
+    from iridesce.cli.option_words import option_of, options_of
+    from iridesce.errors import ArgumentError
+
+    if not isinstance(error, ArgumentError) or error.argument in ("dark", "reference"):
+        return False
+    return option_of(options_of(verb), error.argument) is not None
+
+
+def _write(file: Path, answer: _Answer, size: str | None, theme: str) -> None:
     """Curves or a plot of a fit."""
     from iridesce.files import rows
 
+    path, result = answer.path, answer.result
     if file.suffix.lower() not in rows.FORMATS:
         write_chart(file, size, lambda ax: result.plot(ax, theme=theme))
         return
@@ -254,19 +320,18 @@ def _write(file: Path, path: Path, read: Any, result: Any, size: str | None, the
     rows.write(file, columns, {"file": str(path), **result.to_dict()})
 
 
-def _tell(answers: list[tuple[Path, Any, Any]], files: list[Path], verbose: bool, as_json: bool) -> None:
+def _tell(answers: list[_Answer], files: list[Path], verbose: bool, as_json: bool) -> None:
     """What the fits say, and which files were written."""
     if as_json:
-        told = [
-            {"file": str(path), "column": read.column, "read": read.read.to_dict(), **result.to_dict()}
-            for path, read, result in answers
-        ]
+        told = [one.to_dict() for one in answers]
         print_json({**told[0], "files": [str(file) for file in files]} if len(told) == 1 else told)
         return
-    for path, read, result in answers:
-        for remark in [read.read] if verbose else read.notes:
-            note(f"note: {remark}" if len(answers) == 1 and not verbose else f"{path}: {remark}")
-        tell(str(result) if len(answers) == 1 else f"{path}: {result}")
+    for one in answers:
+        if one.error is not None:
+            continue
+        for remark in [one.read.read] if verbose else one.read.notes:
+            note(f"note: {remark}" if len(answers) == 1 and not verbose else f"{one.path}: {remark}")
+        tell(str(one.result) if len(answers) == 1 else f"{one.path}: {one.result}")
     for file in files:
         print(file)
 
