@@ -137,15 +137,18 @@ def _listed(words: list[str]) -> str:
 def new_array(what: str, shape: tuple[int, ...], dtype: npt.DTypeLike = np.float64) -> npt.NDArray[Any]:
     """An empty array, or `ResourceError` where it cannot fit (asking for it could otherwise end the process)."""
     needed = math.prod(shape) * np.dtype(dtype).itemsize
-    free = available_bytes() if needed > _ALWAYS_FITS else math.inf
-    if needed > free:
-        raise ResourceError(
-            f"{what} of shape {shape} needs {_gib(needed)}, and {_gib(free)} of memory is free; work in parts"
-        )
+    check_room(f"{what} of shape {shape}", needed, "work in parts")
     try:
         return np.empty(shape, dtype)
     except (MemoryError, ValueError) as error:
         raise ResourceError(f"{what} of shape {shape} needs {_gib(needed)}: {error}") from None
+
+
+def check_room(what: str, needed: float, way_out: str) -> None:
+    """`ResourceError` where so many bytes cannot be had, before any of them is asked for."""
+    free = available_bytes() if needed > _ALWAYS_FITS else math.inf
+    if needed > free:
+        raise ResourceError(f"{what} needs {_gib(needed)}, and {_gib(free)} of memory is free; {way_out}")
 
 
 def _gib(count: float) -> str:

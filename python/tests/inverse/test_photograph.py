@@ -444,3 +444,21 @@ def test_charts_and_notebooks() -> None:
     html = found._repr_html_()
     assert html.startswith('<img alt="thickness map" src="data:image/png;base64,')
     assert "sure of the order" in html
+
+
+def test_memory_that_is_not_there_is_told_beforehand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the head of a file, before its pixels are read: 180 bytes a pixel."""
+    from iridesce.arguments import operands
+
+    side = 2048
+    path = tmp_path / "large.npy"
+    with path.open("wb") as file:
+        np.lib.format.write_array_header_1_0(file, {"descr": "<f4", "fortran_order": False, "shape": (side, side, 3)})
+    monkeypatch.setattr(operands, "available_bytes", lambda: 180.0 * side * side - 1.0)
+    words = r"mapping .*large\.npy of 2048 x 2048 pixels needs 0.703 GiB, and 0.703 GiB of memory is free; crop it"
+    with pytest.raises(ir.ResourceError, match=words):
+        mapped(path)
+    monkeypatch.setattr(operands, "available_bytes", lambda: 180.0 * side * side)
+    with pytest.raises(ValueError, match=r"large\.npy") as caught:
+        mapped(path)
+    assert not isinstance(caught.value, ir.ResourceError)  # it has no pixels: that is told when they are read
