@@ -72,6 +72,35 @@ def test_a_films_spectrum_is_its_reflectance_times_the_lamp(lamp):
     assert plain.spectra is None
 
 
+@pytest.mark.parametrize(
+    ("surface", "layers"),
+    [
+        (film("SiO2", 1700.0), ["air", ir.Layer("SiO2", 1700.0), "air"]),
+        (film([1.9, 0.02], 250.0), ["air", ir.Layer(1.9 + 0.02j, 250.0), "air"]),
+        (
+            {"coating": {"layers": [{"medium": "MgF2", "thickness_nm": 110.0}], "substrate": "N-BK7"}},
+            ["air", ir.Layer("MgF2", 110.0), "N-BK7"],
+        ),
+        (
+            {"coating": {"layers": [{"medium": "TiO2", "thickness_nm": 60.0}], "substrate": "Ti"}},
+            ["air", ir.Layer("TiO2", 60.0), "Ti"],
+        ),
+    ],
+    ids=["thick film", "absorbing film", "coated glass", "oxide on metal"],
+)
+@pytest.mark.filterwarnings("ignore:the data of medium")
+def test_the_spectrum_of_any_layers_is_the_reflectance_of_the_stack(surface, layers):
+    """At 45 degrees, before black; what enters the glass comes to black at its other side."""
+    nm = np.linspace(400.0, 780.0, 39)
+    camera = {"position": [0.0, 9.0, 9.0], "orthographic_height": 1.0, "resolution": [2, 2]}
+    black = {"name": "black", **plane([0, 0, -5], [0, 0, 1], BLACK)}
+    objects = [{"name": "layers", **plane([0, 0, 0], [0, 0, 1], surface)}, black]
+    light = [{"environment": {"illuminant": "D65"}}]
+    image = ir.render({"version": 1, "camera": camera, "object": objects, "light": light}, samples=2, spectral_nm=nm)
+    expected = ir.Stack(layers).reflectance(nm, ANGLE_DEG) * relative("D65", nm)
+    np.testing.assert_allclose(image.spectra, np.broadcast_to(expected, (2, 2, 39)), rtol=2e-4, atol=5e-6)
+
+
 def test_lines_are_the_mean_over_their_band():
     wavelengths = [530.0, 540.0, 550.0, 590.0]
     image = tilted({"illuminant": "lines:546.07*2,589.0"}, spectral_nm=wavelengths)
