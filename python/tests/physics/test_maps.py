@@ -116,7 +116,7 @@ def lost_to_bumps(surface: dict[str, Any], slope: float) -> float:
         "bump": {"map": "waves.npy", "height": slope / 4.0},
     }
     camera = {"position": [0.0, 0.0, 6.0], "orthographic_height": 1.96, "resolution": [48, 48]}
-    image = ir.render(build([ball], camera, [{"environment": {"illuminant": "D65"}}]), samples=64)
+    image = ir.render(build([ball], camera, [{"environment": {"illuminant": "D65"}}]), samples=32)
     return 100.0 * (1.0 - float(image.xyz[..., 1][image.channels["object"] == 0].mean(dtype=np.float64)))
 
 
