@@ -39,6 +39,10 @@ const LEAST_SHARE: f64 = 1e-5;
 /// Share of what a lamp's strongest chain carries below which one is faint.
 const FAINT: f64 = 0.02;
 
+/// Irradiance below which a caustic is faint, of that of all lamps with nothing in between: looked for in one sample of sixteen, it
+/// makes a place FAINT_SHARE sqrt(15) noisier than its light.
+const FAINT_SHARE: f64 = 0.005;
+
 /// Least irradiance of a caustic, of that of all lamps with nothing in between, that is looked for.
 const LEAST_IRRADIANCE: f64 = 1e-4;
 
@@ -93,7 +97,10 @@ pub fn seeds(scene: &Prepared) -> Option<Seeds> {
     let bands = &spectra.bands;
     let disperses = spectra.media.iter().any(|medium| medium.n_at(bands.ends[0]) != medium.n_at(bands.ends[1]));
     let faint = faint(&emission.fluxes);
-    Seeds::new(emission.seeds, emission.landings, faint, disperses)
+    for seed in &mut emission.seeds {
+        seed.is_faint |= faint.contains(&(seed.light, seed.chain));
+    }
+    Seeds::new(emission.seeds, emission.landings, disperses)
 }
 
 /// Chains that carry little of what the strongest of their lamp carries.
@@ -251,7 +258,8 @@ impl Emission<'_> {
                     Some(own) => own.2 += share * flux,
                     None => self.fluxes.push((light, chain, share * flux)),
                 }
-                self.seeds.push(Seed { light, chain, corners, irradiance: irradiance as f32 });
+                let is_faint = irradiance < FAINT_SHARE * direct;
+                self.seeds.push(Seed { light, chain, corners, irradiance: irradiance as f32, is_faint });
             }
         }
     }

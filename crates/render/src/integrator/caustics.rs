@@ -25,7 +25,7 @@ use crate::specular_ray::SpecularRay;
 /// Share of a place's light below which a chain is not always looked for.
 const FAINT_CHAIN: f64 = 0.02;
 
-/// Probability with which those chains are looked for that carry little of their lamp's light.
+/// Probability with which chains are looked for that carry little light there.
 const FAINT_PICKS: f64 = 1.0 / 16.0;
 
 /// Least probability with which it is.
@@ -105,12 +105,13 @@ impl Tracer<'_> {
             return 1.0;
         }
         let mut candidates = Vec::new();
-        let strength = seeds.strength(light, chain);
-        seeds.find(told.from.hit.point, strength, &mut candidates);
         let is_own = |candidate: &Candidate| candidate.light == light && candidate.chain == chain;
-        if !candidates.iter().any(is_own) {
+        let Some(strength) = [Strength::Bright, Strength::Faint].into_iter().find(|strength| {
+            seeds.find(told.from.hit.point, *strength, &mut candidates);
+            candidates.iter().any(is_own)
+        }) else {
             return 1.0;
-        }
+        };
         let of = irradiance(&candidates) + self.spectra.lights.all_expected(told.from.hit.point);
         candidates.retain(is_own);
         let picks = picks(strength, irradiance(&candidates), of);
