@@ -3,24 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from iridesce.arguments.operands import Floats
-from iridesce.inverse.candidates import Search, model_of
+from iridesce.inverse.candidates import Search, model_of, paled
 from iridesce.inverse.data import explained, scatter, too_much, weights_of, without_lamp
 from iridesce.inverse.full import Full
-from iridesce.inverse.model import (
-    HarmonicModel,
-    Model,
-    Problem,
-    describe,
-    harmonics,
-    uneven,
-)
+from iridesce.inverse.model import HarmonicModel, Model, Problem, describe, harmonics
 from iridesce.inverse.peak import climb, together
 from iridesce.inverse.posterior import (
     PRIOR_FILM,
@@ -37,7 +30,7 @@ from iridesce.inverse.posterior import (
 from iridesce.inverse.remarks import Known, remarks
 from iridesce.inverse.results import FitResult, Solution, apart
 from iridesce.inverse.search import round_trip_rate, starts
-from iridesce.inverse.solve import Data, Fitted, Solver, student
+from iridesce.inverse.solve import Data, Fitted, student
 from iridesce.inverse.tolerances import Tolerances, by_index_off, widened, with_index_off
 from iridesce.inverse.verdict import FRINGES_OF_A_LAMP, Asked, lit_share, verdict_of
 from iridesce.optics.averages import FWHM
@@ -69,6 +62,11 @@ class _Found:
     search: Search
     log_evidence: float
 
+    @property
+    def spectrum(self) -> Floats:
+        """By the model that the search had."""
+        return self.search.model.value(self.fitted.parameters)
+
 
 class Analysis:
     """One spectrum, from its minima to its posterior."""
@@ -98,19 +96,25 @@ class Analysis:
         # Only where one thickness is all that is unknown does its posterior have one axis.
         self.single = self.unknown == 1 and problem.index_count == 0
 
-    def result(self, pliable: bool, probability: float, tolerances: Tolerances) -> FitResult:
-        found = self._minima(pliable)
-        engine = Engine(self._measured(found), self.light)
+    def result(
+        self,
+        pliable: bool,
+        probability: float,
+        tolerances: Tolerances,
+        more: Sequence[tuple[Fitted, Search]] = (),
+    ) -> FitResult:
+        """The answer. ``more``: films to look at beside those that are found."""
+        self.met = found = [*self._minima(pliable), *more]
+        self.engine = engine = Engine(self._measured(found), self.light)
         if self.shared is not None:
             engine.tempered = self.shared[1]
         rated = self._rated(engine, found)
         if rated:
             # Twice: the first temper is that of an answer chosen without one.
             for _ in range(2):
-                best = rated[0].fitted.parameters
-                row = self._best_row(engine, best)
-                response, stray = engine.explain(self.model.value(best), row)
-                left = (engine.of.measured - response * self.model.value(best) - stray) / engine.of.sd
+                best = rated[0].spectrum
+                response, stray = engine.explain(best, self._best_row(engine, best))
+                left = (engine.of.measured - response * best - stray) / engine.of.sd
                 before, engine.tempered = engine.tempered, temper(left)
                 if engine.tempered == before:
                     break
@@ -119,6 +123,7 @@ class Analysis:
                 rated = self._rated(engine, [(one.fitted, one.search) for one in near])
         if engine.tempered > 1.5:
             self.notes.append("what is left hangs together along the spectrum; the intervals are widened for it")
+        self.rated = rated
         top = rated[0].log_evidence if rated else 0.0
         near = [one for one in rated[:_MOST_PEAKS] if one.log_evidence > top - _LOOK]
         solved = [self._solution(engine, one, probability, tolerances) for one in near]
@@ -251,7 +256,7 @@ class Analysis:
     def _rated(self, engine: Engine, found: list[tuple[Fitted, Search]]) -> list[_Found]:
         rated = []
         for one, search in found:
-            spectrum = self.model.value(one.parameters)
+            spectrum = search.model.value(one.parameters)
             films = engine.quick(spectrum)
             logs = engine.log_evidences(spectrum, films)[0]
             log_evidence = log_sum(logs) + self._log_prior_of_line(one.parameters)
@@ -269,8 +274,7 @@ class Analysis:
             return 0.0
         return self.full.log_probability(engine, self.model.value(parameters), self.full_model.value(parameters), row)
 
-    def _best_row(self, engine: Engine, parameters: Floats) -> Floats:
-        spectrum = self.model.value(parameters)
+    def _best_row(self, engine: Engine, spectrum: Floats) -> Floats:
         films = engine.quick(spectrum)
         return np.asarray(films.rows[int(engine.log_evidences(spectrum, films)[0].argmax())])
 
@@ -283,13 +287,14 @@ class Analysis:
         start = one.fitted.parameters
         rate = float(round_trip_rate(self.problem, self.data.wavelength_nm, 0).max())
         bounds = (float(self.bounds[0, 0]), float(self.bounds[0, 1]))
-        models = [(self.model, start), *self._paled(one)]
+        models = [(one.search.model, start), *paled(one.search, self.model, start)]
         rows = [lambda h, model=model, rest=at[1:]: model.value(np.array([h, *rest])) for model, at in models]
         peaks = [
             climb(engine, row, float(at[0]), 0.02 / rate, bounds) for row, (_, at) in zip(rows, models, strict=True)
         ]
         # Either is as likely beforehand.
-        log_priors = [self._log_prior_of_line(at) - math.log(len(models)) for _, at in models]
+        kinds = len(models) if one.search.model is self.model else 2
+        log_priors = [self._log_prior_of_line(at) - math.log(kinds) for _, at in models]
         peak = together(peaks, log_priors)
         model, start = models[int(np.argmax([p.log_mass + prior for p, prior in zip(peaks, log_priors, strict=True)]))]
         low, high = (side - peak.thickness_nm for side in peak.quantiles(probability))
@@ -317,15 +322,6 @@ class Analysis:
             peak.log_mass + self._log_full(engine, parameters, peak.best),
             peak.at_end,
         )
-
-    def _paled(self, one: _Found) -> list[tuple[Model, Floats]]:
-        """The same film with a thickness that is uneven over the spot instead of a line, where something pales its fringes."""
-        start = one.fitted.parameters
-        if self.line is not None or start[-1] <= 0.0 or not isinstance(self.model, HarmonicModel):
-            return []
-        model = HarmonicModel(uneven(self.model.of, self.data.wavelength_nm))
-        fitted = Solver(model, one.search.data, *one.search.limits()).solve(start, [0, 1])
-        return [(model, fitted.parameters)] if abs(fitted.parameters[0] - start[0]) < 3.0 else []
 
     def _laplace(
         self, engine: Engine, one: _Found, probability: float, tolerances: Tolerances

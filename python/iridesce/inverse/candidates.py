@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from iridesce.arguments.operands import Floats
-from iridesce.inverse.model import GeneralModel, HarmonicModel, Model, Problem, harmonics
+from iridesce.inverse.model import GeneralModel, HarmonicModel, Model, Problem, harmonics, uneven
 from iridesce.inverse.search import Start, starts
 from iridesce.inverse.solve import Data, Fitted, Solver
 from iridesce.optics.averages import FWHM
@@ -30,9 +30,17 @@ def model_of(problem: Problem, wavelength_nm: Floats) -> Model:
 class Search:
     """One search with one shape of gain and baseline."""
 
-    def __init__(self, problem: Problem, model: Model, data: Data, line: float | None, bounds: Floats) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        model: Model,
+        data: Data,
+        line: float | None,
+        bounds: Floats,
+        tried_nm: tuple[float, ...] = (0.6, 1.7),
+    ) -> None:
         self.problem, self.model, self.data = problem, model, data
-        self.line, self.bounds = line, bounds
+        self.line, self.bounds, self.tried_nm = line, bounds, tried_nm
         self.unknown = len(problem.unknown)
 
     def limits(self) -> tuple[Floats, Floats]:
@@ -58,7 +66,7 @@ class Search:
         nm = self.data.wavelength_nm
         # The width at which the finest fringe is all but gone.
         gone = 2.5 * nm[0] ** 2 / (4.0 * np.pi * 1.4 * thickest)
-        return [0.0] + [sd for sd in (0.6, 1.7) if sd > 0.2 * gone]
+        return [0.0] + [sd for sd in self.tried_nm if sd > 0.2 * gone]
 
     def candidates(self) -> list[Fitted]:
         """All minima, best first; none where the baseline alone does as well."""
@@ -139,3 +147,17 @@ class Search:
         low, high = self.limits()
         blurred = self.line is None and low[-1] < fitted.parameters[-1] < high[-1]
         return [*range(last), *([last] if blurred else [])]
+
+
+def paled(search: Search, by_line: Model, start: Floats) -> list[tuple[Model, Floats]]:
+    """The same film with a thickness that is uneven over the spot instead of a line, where something pales its fringes.
+
+    None where the search was for an uneven film from the start: its model is not that of a line.
+    """
+    if search.line is not None or start[-1] <= 0.0 or not isinstance(by_line, HarmonicModel):
+        return []
+    if search.model is not by_line:
+        return []
+    model = HarmonicModel(uneven(by_line.of, search.data.wavelength_nm))
+    fitted = Solver(model, search.data, *search.limits()).solve(start, [0, 1])
+    return [(model, fitted.parameters)] if abs(fitted.parameters[0] - start[0]) < 3.0 else []

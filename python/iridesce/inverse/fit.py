@@ -25,7 +25,6 @@ from iridesce.arguments.operands import Floats, plain_reals
 from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.arguments.scalars import number, one_of
 from iridesce.files.spectra import Spectrum, read_spectrum
-from iridesce.inverse.analysis import Analysis
 from iridesce.inverse.data import (
     check_reference,
     cleaned,
@@ -36,6 +35,7 @@ from iridesce.inverse.data import (
     within_light,
     without_spikes,
 )
+from iridesce.inverse.doubt import Looks, looked_at
 from iridesce.inverse.full import parted
 from iridesce.inverse.joint import joint
 from iridesce.inverse.measurement import Measurement
@@ -210,10 +210,8 @@ def fit_thickness(
     bounds = _bounds(thickness_range_nm, problem, nm, notes)
     pliable = baseline == "auto" and nm.size >= 4 * (parameters + 4)
     seen_by = None if lit is None else np.interp(nm, *lit)
-    fit = Analysis(
-        problem, Data(nm, values, weight, fixed_gain, bend, terms), sd, light, line, bounds, notes, held, seen_by
-    )
-    return scaled(fit.result(pliable, probability, tolerances), scale)
+    looks = Looks(problem, Data(nm, values, weight, fixed_gain, bend, terms), sd, light, line, bounds, held, seen_by)
+    return scaled(looked_at(looks, notes, pliable, probability, tolerances), scale)
 
 
 def _check_alone(**given: object) -> None:
