@@ -6,10 +6,11 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use fearless_simd::{Level, Simd, dispatch, prelude::*};
+use fearless_simd::{Level, Simd, dispatch, f32x16, prelude::*};
 use iridesce_optics::color::{
     Adaptation, ColorRequest, ColorTable, ColorTableRequest, Illuminant, Model, Observer, Quantity, Space, StackColor,
 };
+use iridesce_optics::film::kernel::free_reflectance;
 use iridesce_optics::stack::sweep::{Operand, Power, Sweep, SweepRequest, levels};
 use iridesce_optics::{Complex64, Medium, Polarization};
 use rayon::prelude::*;
@@ -159,6 +160,62 @@ fn single_precision(chosen: &dyn Fn(&str) -> bool) {
     }
 }
 
+/// Films as the renderer asks for them, one hit of 32 nodes after the other: how long it waits for each, and what hits side by
+/// side could save. Rates are of hits.
+fn hits(chosen: &dyn Fn(&str) -> bool) {
+    const COUNT: usize = 100_000;
+    let level = Level::new();
+    let cosines: Vec<f32> = (0..1024).map(|i| 0.1 + 0.8 * i as f32 / 1024.0).collect();
+    if chosen("hits of a film, none waits for another") {
+        let job = || dispatch!(level, simd => apart(simd, COUNT, black_box(&cosines)));
+        report("hits of a film, none waits for another", best(COUNT, || _ = black_box(job())));
+    }
+    if chosen("hits of a film, each waits for the last") {
+        let job = || dispatch!(level, simd => chains::<1, _>(simd, COUNT, black_box([0.5])));
+        report("hits of a film, each waits for the last", best(COUNT, || _ = black_box(job())));
+    }
+    if chosen("hits of a film, two such chains side by side") {
+        let job = || dispatch!(level, simd => chains::<2, _>(simd, COUNT, black_box([0.5, 0.4])));
+        report("hits of a film, two such chains side by side", best(COUNT, || _ = black_box(job())));
+    }
+}
+
+/// What a film sends back at one hit, summed over two blocks of nodes.
+#[inline(always)]
+fn hit<S: Simd>(simd: S, cos_theta: f32, thickness_nm: f32) -> f32x16<S> {
+    let cos = f32x16::splat(simd, cos_theta);
+    // Soap in air, at the ends of the spectrum.
+    let mut sum = f32x16::splat(simd, 0.0);
+    // (A closure would be compiled without the instructions of the level.)
+    for (contrast, rate) in [(0.77, 2.0 / 700.0), (0.79, 2.0 / 450.0)] {
+        let rate = f32x16::splat(simd, rate * thickness_nm);
+        let [s, p] = free_reflectance(f32x16::splat(simd, contrast), cos, rate);
+        sum = sum + s + p;
+    }
+    sum
+}
+
+#[inline(always)]
+fn apart<S: Simd>(simd: S, count: usize, cosines: &[f32]) -> f32 {
+    let mut sum = f32x16::splat(simd, 0.0);
+    for i in 0..count {
+        sum += hit(simd, cosines[i % 1024], 300.0);
+    }
+    sum.reduce_sum()
+}
+
+/// Chains of hits, each at an angle that hangs on the light of the last.
+#[inline(always)]
+fn chains<const SIDE_BY_SIDE: usize, S: Simd>(simd: S, count: usize, mut cosines: [f32; SIDE_BY_SIDE]) -> f32 {
+    let from = cosines;
+    for _ in 0..count / SIDE_BY_SIDE {
+        for (cos, from) in cosines.iter_mut().zip(from) {
+            *cos = from + 1e-9 * hit(simd, *cos, 300.0).reduce_sum();
+        }
+    }
+    cosines.iter().sum()
+}
+
 fn colors(chosen: &dyn Fn(&str) -> bool) {
     let oxide = Complex64::new(4.08, 0.028);
     let film = vec![Complex64::from(1.0), Complex64::from(1.33), Complex64::from(1.0)];
@@ -300,6 +357,7 @@ fn main() {
     let chosen = |name: &str| wanted.iter().all(|part| name.contains(part.as_str()));
     sweeps(&chosen);
     single_precision(&chosen);
+    hits(&chosen);
     colors(&chosen);
     tables(&chosen);
     threads(&chosen);
