@@ -40,8 +40,10 @@ const LEAST_SHARE: f64 = 1e-5;
 const FAINT: f64 = 0.02;
 
 /// Irradiance below which a caustic is faint, of that of all lamps with nothing in between: looked for in one sample of sixteen, it
-/// makes a place FAINT_SHARE sqrt(15) noisier than its light.
+/// makes a place this times sqrt(15) noisier than its light. A sun and a lamp without size have no other noise; of one with a size,
+/// shadows and what surfaces throw on each other have more.
 const FAINT_SHARE: f64 = 0.005;
+const FAINT_SHARE_OF_EMITTERS: f64 = 0.02;
 
 /// Least irradiance of a caustic, of that of all lamps with nothing in between, that is looked for.
 const LEAST_IRRADIANCE: f64 = 1e-4;
@@ -258,7 +260,11 @@ impl Emission<'_> {
                     Some(own) => own.2 += share * flux,
                     None => self.fluxes.push((light, chain, share * flux)),
                 }
-                let is_faint = irradiance < FAINT_SHARE * direct;
+                let least = match light {
+                    LightId::Emitter(_) => FAINT_SHARE_OF_EMITTERS,
+                    _ => FAINT_SHARE,
+                };
+                let is_faint = irradiance < least * direct;
                 self.seeds.push(Seed { light, chain, corners, irradiance: irradiance as f32, is_faint });
             }
         }
