@@ -22,7 +22,7 @@ from iridesce._picture_files import (
     seen_spectra,
     xyz_of_file,
 )
-from iridesce.arguments.refusals import Words, complaint, refusal
+from iridesce.arguments.refusals import Words, complaint, refusal, short
 from iridesce.arguments.scalars import MOST_STOPS, file_name, one_of
 from iridesce.errors import ArgumentError
 from iridesce.files.whole import read_whole
@@ -35,6 +35,7 @@ _Planes = dict[str, npt.NDArray[Any]]
 _EXTENSIONS = (".png", ".exr")
 _SPACES = ("srgb", "display-p3", "rec2020")
 _GAMUTS = ("hue", "clip")
+_STOPS = f'a number of stops from -{MOST_STOPS:g} to {MOST_STOPS:g} or "auto"'
 # Largest file that is read.
 _MOST_BYTES = 16 << 30
 
@@ -366,13 +367,12 @@ class Image:
     def _stops(self, exposure: float | str) -> float:
         if isinstance(exposure, str):
             if exposure != "auto":
-                raise refusal("exposure", 'a number of stops or "auto"', exposure)
+                raise refusal("exposure", _STOPS, exposure)
             return float(_core.auto_exposure(self._xyz, self._planes["depth"]))
         number = isinstance(exposure, numbers.Real) and not isinstance(exposure, (bool, np.bool_))
         stops = float(exposure) if number else math.nan
         if not -MOST_STOPS <= stops <= MOST_STOPS:
-            allowed = f'a number of stops from -{MOST_STOPS:g} to {MOST_STOPS:g} or "auto"'
-            raise refusal("exposure", f"{allowed}", exposure)
+            raise refusal("exposure", _STOPS, exposure)
         return stops
 
     def _undivided(self) -> _Floats:
@@ -440,9 +440,8 @@ def _plane(name: str, values: npt.ArrayLike, size: tuple[int, int] | None, depth
         raise
     except (TypeError, ValueError, RuntimeError, OverflowError) as error:
         # (numpy has its own words for what has more than 32 or 64 dimensions.)
-        raise complaint(
-            f"{name} must be an array of numbers: {error}", name, "an array of numbers", Words(error)
-        ) from None
+        words = f"{name} must be an array of numbers, got {short(values)}: {error}"
+        raise complaint(words, name, "an array of numbers", values) from None
     if size is None:
         good = array.ndim == 3 and array.shape[2] == depth and array.size > 0
         if not good:

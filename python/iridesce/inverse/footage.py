@@ -101,7 +101,7 @@ def map_thickness_video(
             if before is not None and before[1].thickness_nm.shape != shot.picture.shape:
                 first = before[1].thickness_nm.shape
                 raise complaint(
-                    f"frame {count} has {shot.picture.shape} pixels, the others {first}",
+                    f"frame {count} has {shot.picture.shape} pixels, those before {first}",
                     "frames",
                     f"of one size, {first}",
                     Words(shot.picture.shape),
@@ -138,7 +138,10 @@ def _frames(given: Any) -> Iterable[Any]:
         files = sorted(path for path in folder.iterdir() if path.suffix.lower() in _ENDINGS)
         if not files:
             raise complaint(
-                f"{folder}: no picture in it ({', '.join(_ENDINGS)})", "frames", "a folder with pictures", str(folder)
+                f"{folder}: no picture in it ({', '.join(_ENDINGS)})",
+                "frames",
+                f"a folder with pictures ({', '.join(_ENDINGS)})",
+                str(folder),
             )
         return files
     if getattr(given, "xyz", None) is not None or getattr(given, "ndim", 4) == 3:

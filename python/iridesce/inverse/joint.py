@@ -95,6 +95,7 @@ class Joint:
             for place in problem.unknown
         ]
         trials = np.exp(np.linspace(np.log(bounds[:, 0] + 50.0), np.log(bounds[:, 1] + 50.0), 24)) - 50.0
+        trials = np.maximum(trials, 0.0)  # where a range begins at 0, rounding goes below it
         self.blocks: list[Block] = []
         for one in members:
             if one.of.of_polarization:

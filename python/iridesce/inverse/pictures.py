@@ -84,7 +84,7 @@ def _checked(values: Any, name: str) -> Pixels:
         is_masked = isinstance(values, np.ma.MaskedArray) and values.dtype.kind in "fiu"
         array = np.asarray(np.ma.filled(values.astype(np.float32), np.nan) if is_masked else values)
     except (TypeError, ValueError):
-        raise refusal(name, "an array (height, width, 3)", Words(type(values).__name__)) from None
+        raise refusal(name, "an array (height, width, 3)", values) from None
     if array.dtype.kind not in "fiu" or array.ndim != 3 or array.shape[2] != 3 or 0 in array.shape:
         raise refusal(
             name,

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from iridesce import _core
-from iridesce.arguments.refusals import complaint, refusal
+from iridesce.arguments.refusals import Words, complaint, refusal
 from iridesce.errors import ArgumentError
 from iridesce.sweeping.needed import check_names, content, digests
 from iridesce.sweeping.points import Made, Task
@@ -60,7 +60,7 @@ def opened(client: Any, function: Any = None, files: Sequence[str] = ()) -> Iter
     if not isinstance(client, distributed.Client):
         raise refusal("client", "None, an address or a dask.distributed Client", client)
     if client.asynchronous:
-        raise complaint("client must not be asynchronous", "client", "a synchronous one", client)
+        raise refusal("client", "a synchronous dask.distributed Client", Words("an asynchronous one"))
     yield Cluster(client)
 
 

@@ -116,6 +116,11 @@ CASES: list[Case] = [
         None,
         *("exposure", "'bright'", '"auto", "common" or stops from -64 to 64', ""),
     ),
+    (
+        lambda: ir.color.convert([[50.0, 0.0, 0.0], [1e308, 0.0, 0.0]], "lab", "xyz"),
+        "the colour [1e+308, 0.0, 0.0] at index (1,) has no finite colour in 'xyz'",
+        *("values", "[1e+308, 0.0, 0.0]", "colours with a finite answer", "at index (1,)"),
+    ),
 ]
 
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import iridesce as ir
+from iridesce.arguments.refusals import short
+from iridesce.inverse import series_data
 from refused import Case, check
 
 NM = np.linspace(450.0, 700.0, 60)
@@ -17,6 +21,11 @@ _Y, _X = np.mgrid[0:80, 0:80]
 WIDE = 0.6 * ((_Y - 40.0) ** 2 + (_X - 40.0) ** 2)
 LENS = ir.thickness.lens_gap(1000.0)
 learn = ir.CameraCalibration.from_known
+POWER = ir.Measurement("reflectance", NM, R)
+# Counts where the reference is dark, but for three of them.
+FIRST = np.where(np.arange(60) < 20, R, np.nan)
+DARK = np.where((np.arange(60) >= 3) & (np.arange(60) < 20), 1.0, 100.0)
+INFRARED = ir.color.Illuminant.from_csv("nm,power\n800,1\n900,2\n", "infrared")
 
 CASES: list[Case] = [
     (lambda: ir.fit_thickness(NM, R, OPEN, probability=1.0), None, *("probability", "1.0", "> 0 and < 1", "")),
@@ -576,9 +585,112 @@ CASES: list[Case] = [
         "wavelength_nm must have one axis, got shape (60, 1)",
         *("wavelength_nm", "shape (60, 1)", "have one axis", ""),
     ),
+    (
+        lambda: ir.fit_thickness(
+            stack=OPEN, measurements=[ir.Measurement("reflectance", NM, FIRST, reference=DARK, dark=np.ones(60))]
+        ),
+        "reflectance, 0 degrees has 3 usable points, at least 4 are needed; 17 of 60 points dropped: no light in the "
+        "reference; 40 of 43 points dropped: not finite, beyond 1e+09 times the others, or a wavelength or noise that "
+        "is not > 0",
+        *("values", "3", "4 usable points or more", "of reflectance, 0 degrees"),
+    ),
+    (
+        lambda: ir.fit_thickness(stack=TWO, measurements=[POWER], thickness_range_nm=(1.0, 200_000.0)),
+        "the thicknesses asked for make 7777859 trials, at most 200000 are made: give a narrower thickness_range_nm",
+        *("thickness_range_nm", "7777859", "narrow enough for 200000 trials", ""),
+    ),
+    (
+        lambda: ir.map_thickness(SEEN, OPEN, mask=np.ones((40, 40), bool)),
+        "mask (or NaN) leaves no pixel of the picture",
+        *("mask", "all masked", "one that leaves pixels of the picture", ""),
+    ),
+    (
+        lambda: learn(SEEN, GAP, SLOPE, mask=np.ones((40, 40), bool)),
+        "mask, NaN or full channels leave no pixel of the picture",
+        *("mask", "none of them", "one that leaves pixels whose channels are finite and not full", ""),
+    ),
+    (
+        lambda: ir.map_thickness([[1.0], [1.0, 2.0]], OPEN),
+        None,
+        *("image", "[[1.0], [1.0, 2.0]]", "an array (height, width, 3)", ""),
+    ),
+    (
+        lambda: ir.map_thickness(SEEN, OPEN, flat=np.ones((9, 9, 3))),
+        "flat must have the size of the picture (40, 40), got (9, 9)",
+        *("flat", "(9, 9)", "have the size of the picture (40, 40)", ""),
+    ),
+    (
+        lambda: list(
+            ir.map_thickness_video(
+                [SEEN[:8, :8], SEEN[:9, :9]],
+                OPEN,
+                camera="srgb",
+                illuminant="D65",
+                noise=0.01,
+                thickness_range_nm=(0.0, 300.0),
+            )
+        ),
+        "frame 1 has (9, 9) pixels, those before (8, 8)",
+        *("frames", "(9, 9)", "of one size, (8, 8)", "in frame 1"),
+    ),
+    (
+        lambda: ir.map_thickness(SEEN, OPEN, camera="srgb", illuminant=INFRARED, thickness_range_nm=(0.0, 300.0)),
+        "illuminant 'infrared' has no light from 380 to 780 nm",
+        *("illuminant", "'infrared'", "a lamp with light from 380 to 780 nm", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0, 0], media=["SiO2"], substrate="Si", coupons=[(1.0, 20.0), (9.0, (50.0, 0.0, 0.0))]),
+        None,
+        *(
+            "coupons",
+            "[(1.0, 20.0), (9.0, (50.0, 0.0, 0.0))]",
+            "a list of (volt, nm) or of (volt, (L, a, b)), all of one kind",
+            "",
+        ),
+    ),
+    (
+        lambda: ir.recipes(
+            [50, 0, 0], media=["SiO2"], substrate="Si", coupons=[(1.0, (50.0, 120.0, 0.0)), (9.0, (50.0, -120.0, 0.0))]
+        ),
+        "the colours of the coupons are not those of SiO2 of 0.3 to 6 nm a volt: the nearest line misses them by 20 "
+        "(CIEDE2000)",
+        *("coupons", "ones 20 (CIEDE2000) off", "of colours that SiO2 of 0.3 to 6 nm a volt has", ""),
+    ),
+    (
+        lambda: ir.recipes([50, 0, 0], media=["SiO2"], substrate="Si", layers=1.5),
+        None,
+        *("layers", "1.5", "a list of 1, 2 and 3", ""),
+    ),
 ]
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case[2]} {case[3]}"[:40])
 def test_a_refusal_has_its_parts_and_words(case: Case) -> None:
     check(case)
+
+
+def test_a_folder_without_pictures_is_refused(tmp_path: Path) -> None:
+    endings = ".exr, .npy, .tif, .tiff, .png, .jpg, .jpeg"
+    words = f"{tmp_path}: no picture in it ({endings})"
+    given = short(str(tmp_path))
+    check(
+        (
+            lambda: ir.map_thickness_video(tmp_path, OPEN),
+            words,
+            *("frames", given, f"a folder with pictures ({endings})", ""),
+        )
+    )
+
+
+def test_a_series_of_too_many_values_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    # (The limit itself is 1.6 GB.)
+    monkeypatch.setattr(series_data, "_MOST_VALUES", 119)
+    words = "spectra hold 120 values, at most 119 are taken: fit the series in parts"
+    check((lambda: ir.fit_series(NM, [R, R], OPEN), words, *("spectra", "120", "119 values at most", "")))
+
+
+def test_a_joint_fit_may_begin_at_no_thickness() -> None:
+    # Rounding took the first trial below 0, and the fit was refused.
+    power = ir.Measurement("reflectance", NM, R, gain=1.0, baseline="none")
+    found = ir.fit_thickness(stack=OPEN, measurements=[power], thickness_range_nm=(0.0, 400.0))
+    assert found.best.thickness_nm == pytest.approx(320.0, abs=0.1)

@@ -10,6 +10,7 @@ from refused import Case, check
 
 BARE = ir.Stack(["air", "Si"])
 BUBBLE = ir.Scene.load("soap-bubble")
+WEDGE = {"wedge": {"from": [0, 0, 0], "to": [1, 0, 0], "start_nm": 1.0, "end_nm": 2.0}}
 NM = "object.bubble.surface.film.thickness_nm"
 
 CASES: list[Case] = [
@@ -33,6 +34,11 @@ CASES: list[Case] = [
         lambda: page_link("soup"),
         "the page has the scenes bubble, rings, slick, titanium, wafer, film, got 'soup'",
         *("scene", "'soup'", "one of bubble, rings, slick, titanium, wafer, film", ""),
+    ),
+    (
+        lambda: ir.widget(BUBBLE.with_value(NM, WEDGE)),
+        "a widget shows bubbles whose thickness_nm is a number, a gradient or a flow, got ['wedge']",
+        *("scene", "['wedge']", "one whose thickness_nm is a number, a gradient or a flow", ""),
     ),
 ]
 

@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 
 import iridesce as ir
+from iridesce.errors import ArgumentError
 from iridesce.optics import database as pages
+from refused import check
 
 CATALOG = """\
 # a database of four pages
@@ -182,3 +184,16 @@ def test_the_real_catalogue_is_read_whole_and_without_the_package() -> None:
         "assert len(pages) > 3000; assert all(page.file.is_file() for page in pages.values())"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_name_of_several_pages_is_refused(database: Path) -> None:
+    words = '"SiO2/Steep" is the name of 2 pages: say main/SiO2/Steep or other/SiO2/Steep'
+    check((lambda: ir.Medium("SiO2/Steep"), words, *("medium", "'SiO2/Steep'", "the name of one page", "")))
+
+
+def test_a_page_without_the_database_is_refused(no_database: None) -> None:
+    allowed = "a built-in name, or one of the extra materials"
+    with pytest.raises(ArgumentError) as caught:
+        ir.Medium("main/SiO2/Malitson")
+    error = caught.value
+    assert (error.argument, error.given, error.allowed, error.place) == ("medium", "'main/SiO2/Malitson'", allowed, "")

@@ -264,6 +264,16 @@ CASES: list[Case] = [
         ),
         *("stack", "30", "one of at most 2 incoherent slabs", ""),
     ),
+    (
+        lambda: ir.Medium(10**400),
+        "a medium is a built-in name, a real or complex number or a Medium, got int 1" + 59 * "0" + "...",
+        *("medium", "1" + 56 * "0" + "...", "a built-in name, a real or complex number or a Medium", ""),
+    ),
+    (
+        lambda: ir.fit_thickness([500.0], [0.1], ir.Stack(["air", ir.Layer("soap", [1.0, 2.0]), "air"])),
+        "a fit needs one thickness a layer, got 2 for layer 1",
+        *("thickness_nm", "2", "one number a layer", "for layer 1"),
+    ),
 ]
 
 

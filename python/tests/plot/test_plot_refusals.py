@@ -163,6 +163,16 @@ CASES: list[Case] = [
         None,
         *("target", "[[1.0, 2.0, 3.0]]", "three numbers", ""),
     ),
+    (
+        lambda: STRIP("newton", retardation_nm=[0.0, 5e4]),
+        None,
+        *("retardation_nm", "50000", "at most 30000 nm", ""),
+    ),
+    (
+        lambda: ir.plot.medium(ir.Medium._from_text("nm,n,k\n500,1.5,0\n", "one.csv")),
+        'medium "one.csv" has data at 500 nm only: that is no curve',
+        *("media", "'one.csv'", "media with data at more than one wavelength", ""),
+    ),
 ]
 
 

@@ -244,7 +244,7 @@ def test_auto_exposure_meters_what_is_there():
         ({"space": None}, "space must be .* got None"),
         ({"gamut": "wide"}, r"gamut must be \"hue\" or \"clip\", got 'wide'"),
         ({"gamut": 1}, "gamut"),
-        ({"exposure": "bright"}, r"exposure must be a number of stops or \"auto\", got 'bright'"),
+        ({"exposure": "bright"}, r"exposure must be a number of stops from -64 to 64 or \"auto\", got 'bright'"),
         ({"exposure": float("nan")}, 'exposure must be a number of stops from -64 to 64 or "auto", got nan'),
         ({"exposure": 65}, "exposure must be .* got 65"),
         ({"exposure": True}, "exposure must be .* got True"),

@@ -11,6 +11,19 @@ from refused import Case, check
 
 ONE = {"samples": 1, "size": (2, 2)}
 SCENE = "soap-bubble"
+GREY = np.ones((2, 3, 3))
+PICTURE = ir.Image(GREY)
+STOPS = 'a number of stops from -64 to 64 or "auto"'
+
+
+def _ragged() -> str:
+    """numpy's own words, which differ from release to release."""
+    with pytest.raises(ValueError, match="sequence") as caught:
+        np.asarray([[1.0], [1.0, 2.0]])
+    return str(caught.value)
+
+
+RAGGED = _ragged()
 
 CASES: list[Case] = [
     (lambda: ir.merge("a.exr"), None, *("images", "'a.exr'", "a list of two images or paths at least", "")),
@@ -52,6 +65,35 @@ CASES: list[Case] = [
         None,
         *("turn_deg", "inf", "a finite number of degrees", ""),
     ),
+    (
+        lambda: ir.Image(np.ma.masked_array(GREY, mask=GREY > 2.0)),
+        None,
+        *("xyz", "a masked array", "an array without a mask", ""),
+    ),
+    (
+        lambda: ir.Image([[1.0], [1.0, 2.0]]),
+        "xyz must be an array of numbers, got [[1.0], [1.0, 2.0]]: " + RAGGED,
+        *("xyz", "[[1.0], [1.0, 2.0]]", "an array of numbers", ""),
+    ),
+    (lambda: ir.Image([[["a"]]]), None, *("xyz", "an array of type <U1", "an array of real numbers", "")),
+    (
+        lambda: ir.Image(GREY[0]),
+        None,
+        *("xyz", "shape (3, 3)", "of shape (height, width, 3), with at least one pixel", ""),
+    ),
+    (
+        lambda: ir.Image(GREY, depth=np.ones((3, 3))),
+        None,
+        *("depth", "shape (3, 3)", "of shape (2, 3) like xyz", ""),
+    ),
+    (
+        lambda: ir.Image(GREY, normal=np.ones((2, 3))),
+        None,
+        *("normal", "shape (2, 3)", "of shape (2, 3, 3) like xyz", ""),
+    ),
+    (lambda: PICTURE.save("x.png", bits=12), None, *("bits", "12", "8 or 16", "")),
+    (lambda: PICTURE.rgb(exposure="bright"), None, *("exposure", "'bright'", STOPS, "")),
+    (lambda: PICTURE.rgb(exposure=65.0), None, *("exposure", "65.0", STOPS, "")),
 ]
 
 

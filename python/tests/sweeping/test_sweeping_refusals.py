@@ -2,12 +2,41 @@
 
 from __future__ import annotations
 
+import threading
+
+import distributed
 import pytest
 
 import iridesce as ir
 from refused import Case, check
 
 FILM = ir.Stack(["air", ir.Layer("soap", 320.0), "air"])
+
+
+class Locked:
+    """A quantity that holds what no other process can have."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+
+    def __call__(self, _stack: ir.Stack) -> float:
+        return 1.0
+
+    def __repr__(self) -> str:
+        return "Locked()"
+
+
+class Waiting(distributed.Client):
+    """A client of a program that goes on while it is asked; of nobody, so that none has to answer."""
+
+    asynchronous = True
+
+    def __init__(self) -> None:
+        pass
+
+    def __del__(self) -> None:
+        pass
+
 
 CASES: list[Case] = [
     (
@@ -81,6 +110,16 @@ CASES: list[Case] = [
             "port number in address '')"
         ),
         *("client", "''", 'an address such as "tcp://127.0.0.1:8786", or "local:N"', ""),
+    ),
+    (
+        lambda: ir.sweep(FILM, {"layers.0.thickness_nm": [1.0]}, quantity=Locked(), client="local"),
+        "quantity cannot be sent to workers: TypeError: cannot pickle '_thread.lock' object",
+        *("quantity", "Locked()", "a function that can be sent to workers", ""),
+    ),
+    (
+        lambda: ir.sweep(FILM, {"angle_deg": [1.0]}, client=Waiting()),
+        None,
+        *("client", "an asynchronous one", "a synchronous dask.distributed Client", ""),
     ),
 ]
 

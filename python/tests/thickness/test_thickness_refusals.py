@@ -7,6 +7,7 @@ import pytest
 
 import iridesce as ir
 from iridesce.thickness import ThicknessMap, ThicknessModel, flow, gradient, lens_gap, simulate, wedge
+from iridesce.thickness import map as map_
 from refused import Case, check
 
 GRID = ThicknessMap([[1.0, 2.0], [3.0, 4.0]])
@@ -99,9 +100,23 @@ CASES: list[Case] = [
         *("from_point", "(0.0, 0.0)", "three numbers, x, y and z", ""),
     ),
     (lambda: lens_gap(1000.0).at_radius([0.0, np.inf]), None, *("distance_mm", "inf", "finite", "at index (1,)")),
+    (lambda: map_("x.png", -1.0, 100.0), None, *("min_nm", "-1.0", ">= 0 and finite", "")),
 ]
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case[2]} {case[3]}"[:40])
 def test_a_refusal_has_its_parts_and_words(case: Case) -> None:
+    check(case)
+
+
+def test_a_checkpoint_is_refused_at_another_rate() -> None:
+    film = simulate("bubble-on-bath-small-preview", time_s=0.01, frames_per_second=1000.0)
+    next(film), next(film)
+    case = (
+        lambda: simulate(
+            "bubble-on-bath-small-preview", time_s=0.01, frames_per_second=300.0, checkpoint=film.checkpoint()
+        ),
+        "the checkpoint is at 0.001 s, between two frames of frames_per_second 300; give the one that it was made with",
+        *("frames_per_second", "300.0", "the rate that the checkpoint was made with", ""),
+    )
     check(case)
