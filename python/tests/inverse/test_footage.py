@@ -38,6 +38,19 @@ def test_the_rate_of_thinning_comes_back() -> None:
     assert np.nanmean(rate) == pytest.approx(wanted.mean(), abs=0.15)
 
 
+def test_a_film_that_flows_comes_back_as_its_thickness_and_its_rate() -> None:
+    # (At first it is a gradient of 30 nm a pixel, which no picture of so few tells.)
+    flowing = ir.thickness.simulate("vertical-film", time_s=2.0, frames_per_second=5, columns=64, regeneration=0.0)
+    wanted = [np.asarray(frame.thickness_nm) for frame in flowing][4:]
+    pictures = (film(field, seed, 0.005) for seed, field in enumerate(wanted))
+    maps = list(ir.map_thickness_video(pictures, FILM, **OPTIONS))
+    for found, field in zip(maps, wanted, strict=True):
+        assert np.mean(np.abs(found.thickness_nm - field) < 10.0) > 0.99
+    rate, flown = maps[-1].thickness_nm - maps[0].thickness_nm, wanted[-1] - wanted[0]
+    assert np.nanmedian(np.abs(rate - flown)) < 0.5 < np.median(np.abs(flown))
+    assert np.nanmean(rate) == pytest.approx(flown.mean(), abs=0.15)
+
+
 def test_a_frame_that_cannot_tell_its_order_has_it_from_the_one_before() -> None:
     """The second frame is noisy: alone it is unsure of what the clean one before knows.
 
