@@ -51,6 +51,44 @@ def test_a_film_that_flows_comes_back_as_its_thickness_and_its_rate() -> None:
     assert np.nanmean(rate) == pytest.approx(flown.mean(), abs=0.15)
 
 
+def test_a_film_that_flows_comes_back_from_pictures_that_are_rendered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A flat film before a black wall, seen from afar; maps are smooth between their values."""
+    monkeypatch.chdir(tmp_path)
+    frames = list(ir.thickness.simulate("vertical-film", time_s=1.6, frames_per_second=5, columns=64, regeneration=0.0))
+    wanted, pictures = [np.asarray(frame.thickness_nm) for frame in frames[-2:]], []
+    for seed, field in enumerate(wanted):
+        ir.thickness.ThicknessMap(field).save("film.tif")
+        height, width = field.shape
+        side, away = height / width, 60.0
+        shapes: list[dict[str, Any]] = [
+            {"rectangle": {"center": [0, 0, 0], "u": [1, 0, 0], "v": [0, side, 0]}},
+            {"rectangle": {"center": [0, 0, -1], "u": [5, 0, 0], "v": [0, 5, 0]}},
+        ]
+        film_surface = {"film": {"medium": "soap", "thickness_nm": {"map": "film.tif"}}}
+        fov_deg = 2.0 * float(np.degrees(np.arctan(side / away)))
+        scene = {
+            "version": 1,
+            "camera": {
+                "position": [0, 0, away],
+                "target": [0, 0, 0],
+                "fov_deg": fov_deg,
+                "resolution": [width, height],
+            },
+            "object": [
+                {"name": "film", "shape": shapes[0], "surface": film_surface},
+                {"name": "wall", "shape": shapes[1], "surface": {"diffuse": {"reflectance": 0.0}}},
+            ],
+            "light": [{"environment": {"illuminant": "D65", "radiance": 1.0}}],
+        }
+        xyz = ir.render(scene, samples=16, seed=seed + 1).xyz
+        pictures.append(np.asarray(ir.color.convert(xyz, "xyz", "linear-srgb")))
+    for found, field in zip(ir.map_thickness_video(pictures, FILM, **OPTIONS), wanted, strict=True):
+        off = np.abs(found.thickness_nm - field)
+        assert np.mean(off < 10.0) > 0.93 and np.nanmedian(off) < 4.0
+
+
 def test_a_frame_that_cannot_tell_its_order_has_it_from_the_one_before() -> None:
     """The second frame is noisy: alone it is unsure of what the clean one before knows.
 
