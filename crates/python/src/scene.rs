@@ -133,6 +133,11 @@ impl Scene {
         self.inner.extended_media()
     }
 
+    /// The films that are layers of the faces of bodies: (film, body) by the numbers of the objects.
+    fn films_on_faces(&self) -> Vec<(usize, usize)> {
+        self.inner.films_on_faces().into_iter().map(|lies| (lies.film, lies.body)).collect()
+    }
+
     /// What whoever renders the scene should be told.
     fn notes(&self) -> Vec<String> {
         self.inner.notes()

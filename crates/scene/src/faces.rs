@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use crate::model::{Object, Roughness, Shape, Surface};
+use crate::model::{Object, Roughness, Scene, Shape, Surface};
 
 /// Which film lies on the face of which body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,6 +12,20 @@ pub struct FilmOnFace {
     pub film: usize,
     /// The object that is the body.
     pub body: usize,
+}
+
+impl Scene {
+    /// The films that are layers of the faces of bodies, in the order of the films; at most one on each body.
+    ///
+    /// ```
+    /// use iridesce_scene::{Node, Scene};
+    /// let scene = Scene::builtin("coated-lens")?;
+    /// assert!(scene.films_on_faces().is_empty());
+    /// # Ok::<(), iridesce_scene::SceneError>(())
+    /// ```
+    pub fn films_on_faces(&self) -> Vec<FilmOnFace> {
+        films_on_faces(&self.objects)
+    }
 }
 
 /// All films on faces, in the order of the films. What a body has a second of is among them.

@@ -44,6 +44,7 @@ mod validate;
 pub use affine::Affine;
 pub use builtin::{builtin_names, builtin_text};
 pub use error::{ResolveError, SceneError};
+pub use faces::FilmOnFace;
 pub use model::*;
 pub use resolve::{Body, Context, ResolvedEnvironment, ResolvedScene, ResolvedSource, resolve};
 pub use schema_text::{json_schema, key_tables};

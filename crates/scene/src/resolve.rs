@@ -13,7 +13,6 @@ use iridesce_thickness::{FlowField, ThicknessError, ThicknessModel};
 use crate::affine::Affine;
 use crate::bodies::Bodies;
 use crate::error::{ResolveError, SceneError};
-use crate::faces::films_on_faces;
 use crate::field::{Ground, ThicknessField};
 use crate::files::Maps;
 use crate::films::stored;
@@ -205,7 +204,7 @@ impl Reader<'_> {
         self.flow(&bodies, &flowing, &mut layers)?;
         let layers: Vec<Vec<ThicknessField>> =
             layers.into_iter().map(|fields| fields.into_iter().flatten().collect()).collect();
-        let on_faces = films_on_faces(&scene.objects).into_iter().map(|lies| (lies.body, lies.film)).collect();
+        let on_faces = scene.films_on_faces().into_iter().map(|lies| (lies.body, lies.film)).collect();
         self.check_totals(&layers, &on_faces)?;
         let Bodies { meshes, mut placements, bumps, notes } = bodies;
         for film in on_faces.values() {

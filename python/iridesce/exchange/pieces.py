@@ -7,7 +7,6 @@ An object is several pieces where its film differs from instance to instance, an
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -26,7 +25,6 @@ from iridesce.exchange.walls import walls
 from iridesce.scene import Scene
 from iridesce.thickness import ThicknessMap
 
-_BODIES = ("coating", "dielectric", "metal")
 MOST_FILMS = 16
 """Films of one object that differ from instance to instance; of more the first stands for the rest."""
 
@@ -110,7 +108,7 @@ def pieces_of(scene: Scene, light: color.Illuminant, folder: Path) -> list[Piece
     tree = scene.to_dict()
     names: set[str] = set()
     found: list[Piece] = []
-    for number, item in _with_films_on_faces(tree["object"]):
+    for number, item in _with_films_on_faces(scene, tree["object"]):
         for piece in _pieces(scene, number, item, tree["unit"], folder, light):
             name, count = piece.name, 1
             while name in names:
@@ -129,22 +127,18 @@ def pieces_of(scene: Scene, light: color.Illuminant, folder: Path) -> list[Piece
     return found
 
 
-def _with_films_on_faces(items: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, Mapping[str, Any]]]:
+def _with_films_on_faces(scene: Scene, items: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, Mapping[str, Any]]]:
     """Objects with their numbers; a film on the very face of a body is a layer of that body's coating, as it is drawn."""
-    kinds = [next(iter(item["surface"])) for item in items]
-    places = [
-        json.dumps([item["shape"], item.get("transform"), item.get("instances")], sort_keys=True) for item in items
-    ]
-    films = {place: number for number, (kind, place) in enumerate(zip(kinds, places, strict=True)) if kind == "film"}
-    bodies = {place for kind, place in zip(kinds, places, strict=True) if kind in _BODIES}
+    film_of = {body: film for film, body in scene._core.films_on_faces()}
+    films = set(film_of.values())
     for number, item in enumerate(items):
-        kind, place = kinds[number], places[number]
-        if kind == "film" and place in bodies:
+        if number in films:
             continue
-        if kind not in _BODIES or place not in films:
+        if number not in film_of:
             yield number, item
             continue
-        film, keys = items[films[place]]["surface"]["film"], item["surface"][kind]
+        film = items[film_of[number]]["surface"]["film"]
+        ((kind, keys),) = item["surface"].items()
         layers = [{key: film[key] for key in ("medium", "thickness_nm")}, *keys.get("layers", ())]
         coating = {"layers": layers, "substrate": keys["substrate" if kind == "coating" else "medium"]}
         rough = {"roughness": keys["roughness"]} if "roughness" in keys else {}

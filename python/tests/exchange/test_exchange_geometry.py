@@ -378,14 +378,20 @@ def test_a_part_is_named_in_the_scene_language(scene: ir.Scene, tmp_path: Path) 
 
 
 @pytest.mark.parametrize("to", ["mitsuba", "gltf", "usd"])
-def test_a_film_on_the_face_of_a_body_goes_out_as_its_coating(to: str, tmp_path: Path) -> None:
-    ball: dict[str, Any] = {"name": "ball", "shape": {"sphere": {"radius": 1.0}}}
+@pytest.mark.parametrize("body", ["dielectric", "metal", "coating"])
+def test_a_film_on_the_face_of_a_body_goes_out_as_its_coating(to: str, body: str, tmp_path: Path) -> None:
+    # One place, written in two ways.
+    ball: dict[str, Any] = {"shape": {"sphere": {"radius": 1.0}}, "transform": {"translate": [1.0, 2.0, 0.0]}}
+    matrix = {"matrix": [[1, 0, 0, 1], [0, 1, 0, 2], [0, 0, 1, 0]]}
     layer = {"medium": "MgF2", "thickness_nm": 120.0}
-    coating = {"coating": {"layers": [layer], "substrate": "N-BK7"}}
-    wanted = [{**ball, "surface": coating}]
+    inner = [{"medium": "TiO2", "thickness_nm": 60.0}] if body == "coating" else []
+    medium = "Ag" if body == "metal" else "N-BK7"
+    bare = {"coating": {"layers": inner, "substrate": medium}} if inner else {body: {"medium": medium}}
+    coating = {"coating": {"layers": [layer, *inner], "substrate": medium}}
+    wanted = [{**ball, "name": "ball", "surface": coating}]
     given = [
-        {**ball, "name": "skin", "surface": {"film": layer}},
-        {**ball, "surface": {"dielectric": {"medium": "N-BK7"}}},
+        {**ball, "name": "skin", "transform": matrix, "surface": {"film": layer}},
+        {**ball, "name": "ball", "surface": bare},
     ]
     reports = []
     for name, objects in (("given", given), ("wanted", wanted)):
