@@ -84,8 +84,8 @@ pub fn check_faces(objects: &[Object], mut complain: impl FnMut(usize, &[&str], 
     }
 }
 
-/// Whether a layer can lie on the face of an object.
-fn is_body(object: &Object) -> bool {
+/// Whether a medium fills what lies behind an object's surface, so that a layer can lie on its face.
+pub fn is_body(object: &Object) -> bool {
     matches!(object.surface, Surface::Coating(_) | Surface::Dielectric(_) | Surface::Metal(_))
 }
 

@@ -18,6 +18,7 @@ mod field;
 mod files;
 mod films;
 mod heights;
+mod inside;
 mod lights;
 mod load;
 mod medium;

@@ -7,6 +7,9 @@ use crate::error::SceneError;
 use crate::reader::as_number;
 use crate::tree::{Node, Value};
 
+/// Least k of a medium that the renderer takes as opaque wherever it fills space: e^-1 within 50 um.
+const OPAQUE_K: f64 = 1e-3;
+
 /// Largest n and k: beyond any metal's, and their fourth powers stay within the range of single precision.
 const MAX_INDEX: f64 = 1e3;
 /// Smallest |n + ik|: below any medium's, and fourth powers of what lies between two media stay within it, too.
@@ -46,4 +49,15 @@ pub fn medium(node: &Node, path: &str) -> Result<(Medium, Node), SceneError> {
         }
     }
     Ok((found, node.without_lines()))
+}
+
+/// Whether light gets through a medium somewhere in the visible range.
+pub fn is_clear(medium: &Medium) -> bool {
+    let (first, last) = VISIBLE_NM;
+    (first as u32..=last as u32).step_by(10).any(|nm| is_clear_at(medium, f64::from(nm)))
+}
+
+/// The same at one wavelength.
+pub fn is_clear_at(medium: &Medium, wavelength_nm: f64) -> bool {
+    medium.index_extended(wavelength_nm).is_ok_and(|(index, _)| index.im < OPAQUE_K)
 }

@@ -1,19 +1,14 @@
 //! What whoever renders a sound scene should be told.
 
-use iridesce_optics::Medium;
-use iridesce_optics::medium::VISIBLE_NM;
-
+use crate::medium::is_clear;
 use crate::model::{Light, Object, Roughness, Scene, Shape, Surface};
 use crate::shut_in::shut_in_lights;
 
-/// Least k of a medium that the renderer takes as opaque wherever it fills space: e^-1 within 50 um.
-const OPAQUE_K: f64 = 1e-3;
-
 impl Scene {
-    /// One sentence each.
+    /// One sentence each. What only the scene's files can tell comes with [`crate::ResolvedScene`].
     pub fn notes(&self) -> Vec<String> {
         (self.dark_lights().into_iter().chain(self.open_bodies()).chain(self.films_that_meet()))
-            .chain(shut_in_lights(self))
+            .chain(shut_in_lights(self, None))
             .collect()
     }
 
@@ -109,11 +104,4 @@ fn edge(shape: &Shape) -> Option<&'static str> {
             None
         }
     }
-}
-
-/// Whether light gets through a medium somewhere in the visible range.
-fn is_clear(medium: &Medium) -> bool {
-    let (first, last) = VISIBLE_NM;
-    let visible = (first as u32..=last as u32).step_by(10).map(f64::from);
-    visible.filter_map(|nm| medium.index_extended(nm).ok()).any(|(index, _)| index.im < OPAQUE_K)
 }

@@ -17,8 +17,9 @@ use crate::field::{Ground, ThicknessField};
 use crate::files::Maps;
 use crate::films::stored;
 use crate::heights::Heights;
-use crate::model::{EnvironmentSource, Film, Light, MapFile, Object, Scene, Sun, Surface, Thickness};
+use crate::model::{EnvironmentSource, Film, Instances, Light, MapFile, Object, Scene, Shape, Sun, Surface, Thickness};
 use crate::schema::MAX_THICKNESS_NM;
+use crate::shut_in::{Read, shut_in_lights};
 use crate::sky::sky;
 use crate::studio::studio;
 use crate::surface_files::{SurfaceFiles, read_surface_files, surface_files};
@@ -82,7 +83,7 @@ pub struct ResolvedScene {
     bumps: Vec<Option<Heights>>,
     /// Films that are layers of another object's face, by that object.
     on_faces: HashMap<usize, usize>,
-    /// What was left out of files, a sentence each.
+    /// What was left out of files, and what only files tell of the scene, a sentence each.
     pub notes: Vec<String>,
 }
 
@@ -191,6 +192,8 @@ impl Reader<'_> {
                 stopped => stopped,
             })?;
         }
+        bodies.notes.extend(self.shut_in(&bodies));
+        watch.check()?;
         let mut flowing = Flowing::default();
         let mut layers = Vec::new();
         for number in 0..scene.objects.len() {
@@ -212,6 +215,29 @@ impl Reader<'_> {
         }
         let recipe = scene.clone();
         Ok(ResolvedScene { recipe, environments, layers, files, meshes, placements, bumps, on_faces, notes })
+    }
+
+    /// Lights of which only files tell that they are shut in.
+    fn shut_in(self, bodies: &Bodies) -> Vec<String> {
+        let has_file = |object: &Object| {
+            matches!(object.shape, Shape::Mesh(_)) || matches!(object.placement.instances, Instances::File(_))
+        };
+        if !self.scene.objects.iter().any(has_file) {
+            return Vec::new();
+        }
+        let is_closed = |object: usize| match (&self.scene.objects[object].shape, &bodies.meshes[object]) {
+            (Shape::Mesh(file), Some(mesh)) => {
+                let open = self.context.maps.open_edge(file, self.scene.unit, mesh, self.watch);
+                open.is_ok_and(|edge| edge.is_none())
+            }
+            _ => false,
+        };
+        let mut notes = shut_in_lights(self.scene, Some(Read { bodies, is_closed: &is_closed }));
+        if !notes.is_empty() {
+            let told = shut_in_lights(self.scene, None);
+            notes.retain(|note| !told.contains(note));
+        }
+        notes
     }
 
     fn in_file(self, error: SceneError) -> SceneError {

@@ -9,7 +9,22 @@ import numpy as np
 import pytest
 
 import iridesce as ir
-from physics.scenes import DARK, WHITE, build, dielectric, diffuse, disk, emitter, film, lit, plane, sphere, view
+from physics.scenes import (
+    DARK,
+    WHITE,
+    build,
+    coating,
+    dielectric,
+    diffuse,
+    disk,
+    emitter,
+    film,
+    lit,
+    metal,
+    plane,
+    sphere,
+    view,
+)
 
 FLOOR = plane([0, 0, 0], [0, 1, 0], diffuse(1.0))
 BLACK = diffuse(0.0)
@@ -213,6 +228,7 @@ def test_a_scene_that_nothing_can_light_is_told():
 
 
 SHELL = sphere([0, 0, 0], 1.0, diffuse(0.5)) | {"name": "shell"}
+LAMP = sphere([0.1, 0, 0], 0.1, emitter(1.0)) | {"name": "lamp"}
 CAN = {"cylinder": {"radius": 1.0, "height": 2.0, "open": False}}
 
 
@@ -236,11 +252,22 @@ CAN = {"cylinder": {"radius": 1.0, "height": 2.0, "open": False}}
         ),
         ([{**SHELL, "instances": [{}, {"translate": [9, 0, 0]}]}], [point([9, 0, 0.5])], [0, 0, 5], "lies inside"),
         ([SHELL], [WHITE], [0, 0.5, 0.5], 'camera.position lies inside object "shell"'),
+        *[
+            ([{**SHELL, "surface": surface}, LAMP], [WHITE], [0, 0, 5], 'object "lamp" glows inside object "shell"')
+            for surface in (metal("Ag"), dielectric("Si"), coating([("SiO2", 300.0)], "Si"))
+        ],
+        (
+            [SHELL, {**LAMP, "transform": {"scale": 4.0}, "instances": [{}, {"translate": [-0.9, 0, 0]}]}],
+            [DARK],
+            [0, 0, 5],
+            'object "lamp" glows inside',
+        ),
+        ([{**SHELL, "surface": metal("Ag")}], [WHITE], [0, 0.5, 0.5], 'camera.position lies inside object "shell"'),
     ],
 )
-def test_a_light_that_a_matt_shell_shuts_in_is_told(objects, lights, position, words):
+def test_a_light_that_an_opaque_shell_shuts_in_is_told(objects, lights, position, words):
     scene = build(objects, view(position, [0, 0, 0], (2, 2), orthographic_height=0.1), lights, samples=1)
-    with pytest.warns(UserWarning, match="closed and matt") as told:
+    with pytest.warns(UserWarning, match="closed and opaque") as told:
         picture = ir.render(scene)
     assert any(words in str(warning.message) for warning in told), [str(warning.message) for warning in told]
     assert "camera" not in words or picture.xyz.max() == 0.0
@@ -255,9 +282,88 @@ def test_a_light_that_a_matt_shell_shuts_in_is_told(objects, lights, position, w
         ([SHELL, sphere([0, 0, 1.0], 0.2, emitter(1.0))], [DARK], [0, 0, 5]),
         ([{**SHELL, "shape": {"cylinder": {"radius": 1.0, "height": 2.0}}}], [point([0, 0, 0])], [0, 0, 5]),
         ([{**SHELL, "surface": film("soap", 300.0)}, FLOOR], [point([0, 0.5, 0])], [0, 0, 5]),
+        ([{**SHELL, "surface": dielectric("N-BK7")}, LAMP], [DARK], [0, 0, 5]),
+        ([{**SHELL, "surface": coating([("Ag", 300.0)], "N-BK7")}, LAMP], [DARK], [0, 0, 5]),
+        # One of two lamps is seen; glass of a higher priority opens a window in the metal.
+        ([SHELL, {**LAMP, "instances": [{}, {"translate": [2, 0, 0]}]}], [DARK], [0, 0, 5]),
+        (
+            [
+                {**SHELL, "surface": metal("Ag")},
+                LAMP,
+                sphere([0, 0, 0.6], 0.55, dielectric("N-BK7")) | {"priority": 1},
+            ],
+            [DARK],
+            [0, 0, 5],
+        ),
     ],
 )
 @pytest.mark.filterwarnings("error")
 def test_a_light_that_is_seen_is_not_told_of(objects, lights, position):
     scene = build(objects, view(position, [0, 0.1, 0], (2, 2), orthographic_height=0.1), lights, samples=1)
     ir.render(scene)
+
+
+# A cube from -1 to 1, its faces outwards.
+CORNERS = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)], dtype=float)
+THIN = {"scale": [0.2, 2, 0.2], "translate": [9, 0, 0]}
+SQUARES = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+
+
+def cube(path, squares=SQUARES):
+    """An OBJ file as an object's shape."""
+    lines = ["v {} {} {}".format(*corner) for corner in CORNERS]
+    lines += ["f " + " ".join(str(corner + 1) for corner in square) for square in squares]
+    path.write_text("\n".join(lines) + "\n")
+    return {"shape": {"mesh": {"file": str(path)}}, "name": "shell"}
+
+
+@pytest.mark.parametrize(
+    ("placed", "surface", "lamp", "lights", "position", "words"),
+    [
+        ({}, diffuse(0.5), None, [point([0.9, 0.9, 0.9])], [0, 0, 5], "light.0.point.position lies inside"),
+        ({}, metal("Ag"), LAMP, [WHITE], [0, 0, 5], 'object "lamp" glows inside object "shell"'),
+        ({}, coating([], "Si"), LAMP, [WHITE], [0, 0, 5], 'object "lamp" glows inside object "shell"'),
+        ({"transform": THIN}, diffuse(0.5), None, [point([9, 1.5, 0])], [0, 0, 5], "lies inside"),
+        ({"instances": [{}, {"translate": [9, 0, 0]}]}, diffuse(0.5), None, [point([9, 0.5, 0])], [0, 0, 5], "lies inside"),
+        ({}, diffuse(0.5), None, [WHITE], [0, 0.5, 0.9], 'camera.position lies inside object "shell"'),
+        ({}, diffuse(0.5), sphere([0, 0, 1.6], 0.5, emitter(1.0)), [DARK], [0, 0.5, 0.9], "camera.position lies inside"),
+    ],
+)  # fmt: skip
+def test_a_light_that_a_closed_mesh_shuts_in_is_told(placed, surface, lamp, lights, position, words, tmp_path):
+    shell = {**cube(tmp_path / "cube.obj"), **placed, "surface": surface}
+    objects = [shell, *([lamp] if lamp else [])]
+    scene = build(objects, view(position, [0, 0, 0], (2, 2), orthographic_height=0.1), lights, samples=1)
+    with pytest.warns(UserWarning, match="closed and opaque") as told:
+        picture = ir.render(ir.Scene.load(scene, allow_outside=True))
+    assert sum(words in str(warning.message) for warning in told) == 1, [str(warning.message) for warning in told]
+    assert "camera" not in words or picture.xyz.max() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("squares", "surface", "lamp", "lights", "position"),
+    [
+        (SQUARES, diffuse(0.5), None, [point([1.1, 0.9, 0.9])], [0, 0, 5]),
+        (SQUARES[1:], diffuse(0.5), None, [point([0, 0, 0.9])], [0, 0, 5]),
+        # Half in and half out.
+        (SQUARES, diffuse(0.5), sphere([0, 0.9, 0.1], 0.2, emitter(1.0)), [DARK], [0, 0, 5]),
+        (SQUARES, metal("Ag"), sphere([0.9, 0, 0.9], 0.2, emitter(1.0)), [DARK], [0, 0, 5]),
+        (SQUARES, dielectric("N-BK7"), LAMP, [DARK], [0, 0, 5]),
+        (SQUARES, diffuse(0.5), sphere([0, 0, 1.0], 0.5, emitter(1.0)), [DARK], [0, 0.5, 0.9]),
+    ],
+)
+@pytest.mark.filterwarnings("error")
+def test_a_light_that_a_mesh_lets_out_is_not_told_of(squares, surface, lamp, lights, position, tmp_path):
+    objects = [{**cube(tmp_path / "cube.obj", squares), "surface": surface}, *([lamp] if lamp else [])]
+    scene = build(objects, view(position, [0, 0.1, 0], (2, 2), orthographic_height=0.1), lights, samples=1)
+    ir.render(ir.Scene.load(scene, allow_outside=True))
+
+
+def test_a_lamp_of_a_mesh_in_a_matt_ball_is_told_once(tmp_path):
+    lamp = {**cube(tmp_path / "cube.obj"), "name": "lamp", "transform": {"scale": 0.5}, "surface": emitter(1.0)}
+    scene = build(
+        [SHELL, lamp], view([0, 0, 5], [0, 0, 0], (2, 2), orthographic_height=0.1), [DARK, point([0, 0.95, 0])]
+    )
+    with pytest.warns(UserWarning, match="closed and opaque") as told:
+        ir.render(ir.Scene.load(scene, allow_outside=True), samples=1)
+    words = sorted(str(warning.message).split(" inside")[0] for warning in told)
+    assert words == ["light.1.point.position lies", 'object "lamp" glows']
