@@ -400,3 +400,68 @@ def test_a_film_on_the_face_of_a_body_goes_out_as_its_coating(to: str, body: str
     assert [path.name for path in reports[0].files] == [path.name for path in reports[1].files]
     for mine, theirs in zip(reports[0].files, reports[1].files, strict=True):
         assert mine.read_bytes() == theirs.read_bytes(), mine.name
+
+
+def coated_instances(folder: Path) -> ir.Scene:
+    """Instances of a sheet with a film, and of boxes of glass with a film on their very faces."""
+    tree = made(folder).to_dict()
+    corners = 0.3 * np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)], dtype=np.float64)
+    squares = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    halves = np.array([half for a, b, c, d in squares for half in ((a, b, c), (a, c, d))])
+    (folder / "box.ply").write_bytes(ply_bytes(Mesh(corners, None, None, halves)))
+    sheet, box = ({"mesh": {"file": file}} for file in ("hill.ply", "box.ply"))
+    soap, skin = ({"film": {"medium": n, "thickness_nm": nm}} for n, nm in ((1.4, 350.0), (1.38, 120.0)))
+    tree["object"] = [
+        {"name": "sheets", "shape": sheet, "instances": PUT, "surface": soap},
+        {"name": "skins", "shape": box, "instances": PUT, "surface": skin},
+        {"name": "cubes", "shape": box, "instances": PUT, "surface": {"dielectric": {"medium": 1.5}}},
+    ]
+    (folder / "coated.json").write_text(json.dumps(tree))
+    return ir.Scene.load(folder / "coated.json")
+
+
+def placed_points(scene: ir.Scene, names: list[str], metres: float) -> np.ndarray:
+    """The vertices of objects, once for each instance of each."""
+    numbers = {item["name"]: number for number, item in enumerate(scene.to_dict()["object"])}
+    found = []
+    for name in names:
+        mesh, placements = scene._core.body(numbers[name])
+        assert mesh is not None
+        found += [metres * (mesh[0] @ placement[:, :3].T + placement[:, 3]) for placement in placements]
+    return np.stack(found)
+
+
+@pytest.mark.parametrize(("to", "file", "metres"), [("gltf", "scene.gltf", 0.01), ("mitsuba", "scene.xml", 1.0)])
+def test_instances_of_a_coated_mesh_keep_films_places_and_names(
+    to: str, file: str, metres: float, tmp_path: Path
+) -> None:
+    scene = coated_instances(tmp_path)
+    report = ir.export(scene, to, tmp_path / "out")
+    assert {"sheets", "cubes"} == set(report.films or ())
+    again, _ = ir.import_scene(tmp_path / "out" / file)
+    surfaces = {item["name"]: item["surface"] for item in again.to_dict()["object"]}
+    mirrored = ["sheets_mirrored", "cubes_mirrored"] if to == "mitsuba" else []  # it turns no mesh inside out
+    assert sorted(surfaces) == sorted(["sheets", "cubes", *mirrored])
+    for name in ("sheets", "cubes"):
+        own = [name, *(other for other in mirrored if other.startswith(name))]
+        assert np.allclose(placed_points(again, own, 1.0), placed_points(scene, [name], metres), atol=1e-6 * metres)
+        for surface in (surfaces[other] for other in own):
+            ((kind, keys),) = surface.items()
+            layer = keys if kind == "film" else keys["layers"][0]
+            assert (layer["medium"], layer["thickness_nm"]) == {"sheets": (1.4, 350.0), "cubes": (1.38, 120.0)}[name]
+            assert kind == "film" or (len(keys["layers"]) == 1 and keys["substrate"] == 1.5)
+
+
+def test_a_stage_holds_instances_of_a_coated_mesh(tmp_path: Path) -> None:
+    ir.export(coated_instances(tmp_path), "usd", tmp_path / "out")
+    text = (tmp_path / "out" / "scene.usda").read_text()
+    assert "skins" not in text, "a film on a face is a layer of the body, and no object"
+    for name, um in (("sheets", 0.35), ("cubes", 0.12)):
+        material = text[text.index(f'def Material "{name}"') : text.index(f'class Xform "{name}_shape_one"')]
+        assert f"float inputs:thin_film_thickness = {um}\n" in material
+        instances = text[text.index(f'def Xform "{name}_shape"') :].split("def Xform ")[2:5]
+        for put, block in zip(PUT, instances, strict=True):
+            assert f"references = </World/{name}_shape_one>" in block
+            assert ", ".join(repr(float(x)) for x in put["translate"]) in block
+        one = text[text.index(f'class Xform "{name}_shape_one"') : text.index(f'def Xform "{name}_shape"')]
+        assert f"rel material:binding = </World/{name}>" in one
