@@ -20,24 +20,17 @@ fn laine_karras(mut x: u32, seed: u32) -> u32 {
     x
 }
 
+/// Second dimension of the Sobol sequence, its bits in the other order (the first dimension is the index in that order).
+///
+/// The direction numbers are the rows of Pascal's triangle modulo 2, and C(k, j) is odd where the bits of j are among those of k: bit j
+/// is the sum of all bits k of the index that hold j, which five steps add up, one for each bit of a bit's number.
 #[inline(always)]
-fn owen_scramble(x: u32, seed: u32) -> u32 {
-    laine_karras(x.reverse_bits(), seed).reverse_bits()
-}
-
-/// Second dimension of the Sobol sequence (the first is bit reversal).
-#[inline(always)]
-fn sobol_second(mut index: u32) -> u32 {
-    let mut direction = 1_u32 << 31;
-    let mut x = 0;
-    while index != 0 {
-        if index & 1 != 0 {
-            x ^= direction;
-        }
-        direction ^= direction >> 1;
-        index >>= 1;
-    }
-    x
+fn sobol_second_reversed(mut index: u32) -> u32 {
+    index ^= (index & 0xAAAA_AAAA) >> 1;
+    index ^= (index & 0xCCCC_CCCC) >> 2;
+    index ^= (index & 0xF0F0_F0F0) >> 4;
+    index ^= (index & 0xFF00_FF00) >> 8;
+    index ^ index >> 16
 }
 
 /// The points of one pixel.
@@ -75,10 +68,10 @@ impl PixelSampler {
 fn net_point(key: u64, sample: u32) -> (f64, f64) {
     const TO_UNIT: f64 = 1.0 / 4_294_967_296.0;
     // The order of the points is scrambled by blocks, so that the first 2^k samples of any pixel are a whole net.
-    let shuffled = owen_scramble(sample, key as u32);
+    let shuffled = laine_karras(sample.reverse_bits(), key as u32).reverse_bits();
     let keys = mix64(key);
-    let x = owen_scramble(shuffled.reverse_bits(), keys as u32);
-    let y = owen_scramble(sobol_second(shuffled), (keys >> 32) as u32);
+    let x = laine_karras(shuffled, keys as u32).reverse_bits();
+    let y = laine_karras(sobol_second_reversed(shuffled), (keys >> 32) as u32).reverse_bits();
     (f64::from(x) * TO_UNIT, f64::from(y) * TO_UNIT)
 }
 
@@ -131,6 +124,22 @@ impl Pairs {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// By the recursion of the direction numbers: v_0 = 1/2, v_(k+1) = v_k + v_k / 2 without carry.
+    #[test]
+    fn the_second_dimension_is_that_of_sobol() {
+        let by_recursion = |index: u32| {
+            let (mut direction, mut x) = (1_u32 << 31, 0);
+            for bit in 0..32 {
+                x ^= if index >> bit & 1 == 1 { direction } else { 0 };
+                direction ^= direction >> 1;
+            }
+            x
+        };
+        for index in (0..300).chain((0..500).map(|i: u32| mix64(i.into()) as u32)).chain([u32::MAX, 1 << 31]) {
+            assert_eq!(sobol_second_reversed(index).reverse_bits(), by_recursion(index), "{index:#x}");
+        }
+    }
 
     fn assert_net(points: &[(f64, f64)], what: &str) {
         assert_eq!(points.len(), 16);

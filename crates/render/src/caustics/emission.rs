@@ -1,6 +1,7 @@
 //! From the lamps: rays over all that mirrors or refracts, and where neighbours land together.
 
 use iridesce_numerics::Vec3;
+use rayon::prelude::*;
 
 use super::search::{Aim, Place};
 use crate::camera::Ray;
@@ -19,6 +20,9 @@ const RAYS: usize = 40_000;
 
 /// Rays across one such surface, at least and at most.
 const SIDE: [usize; 2] = [12, 96];
+
+/// Rays across, times the radius of the lamp seen from the surface, radians: what a lamp blurs need not be told more finely.
+const SIDE_BY_WIDTH: f64 = 4.0;
 
 /// So many rays across and down the picture tell what it shows.
 const SHOWN: u32 = 8;
@@ -39,8 +43,8 @@ const LEAST_SHARE: f64 = 1e-5;
 /// Share of what a lamp's strongest chain carries below which one is faint.
 const FAINT: f64 = 0.02;
 
-/// Irradiance below which a caustic is faint, of that of all lamps with nothing in between: looked for in one sample of sixteen, it
-/// makes a place this times sqrt(15) noisier than its light. A sun and a lamp without size have no other noise; of one with a size,
+/// Irradiance below which a caustic is faint, of that of all lamps with nothing in between: looked for in one sample of sixty-four, it
+/// makes a place this times sqrt(63) noisier than its light. A sun and a lamp without size have no other noise; of one with a size,
 /// shadows and what surfaces throw on each other have more.
 const FAINT_SHARE: f64 = 0.005;
 const FAINT_SHARE_OF_EMITTERS: f64 = 0.02;
@@ -48,11 +52,16 @@ const FAINT_SHARE_OF_EMITTERS: f64 = 0.02;
 /// Least irradiance of a caustic, of that of all lamps with nothing in between, that is looked for.
 const LEAST_IRRADIANCE: f64 = 1e-4;
 
+/// Least noise of a caustic that branches find by chance, for it to be looked for: variance of a sample over the square of the light
+/// of all lamps. A cosine-weighted branch finds the lamp, R L W bright in irradiance over a solid angle W, with probability W / pi; of
+/// lamps alone that irradiance is L pi r^2 / d^2, so the noise is the caustic's share of it times R d^2 / r^2.
+const LEAST_NOISE: f64 = 0.01;
+
 /// How near a lamp is taken to come to a surface whose ball it lies in, in radii of that ball.
 const NEAR: f64 = 0.1;
 
 /// Radius of the lamps that are looked for, seen from the surface that bends their light, radians: larger ones are found.
-const LARGEST: f64 = 0.05;
+const LARGEST: f64 = 0.15;
 
 /// A ball around a surface that mirrors or refracts, or around all that is shown where the surface has no end.
 #[derive(Debug, Clone, Copy)]
@@ -61,6 +70,17 @@ struct Caster {
     object: Option<usize>,
     center: Vec3,
     radius: f64,
+}
+
+/// A small lamp and what may bend its light.
+#[derive(Debug, Clone, Copy)]
+struct Pair {
+    light: LightId,
+    caster: Caster,
+    /// How much light that is.
+    flux: f64,
+    /// Most rays across.
+    most: usize,
 }
 
 /// Where a ray has landed, by what it did on its way.
@@ -89,12 +109,18 @@ pub fn seeds(scene: &Prepared) -> Option<Seeds> {
         return None;
     }
     // The brightest ones; of equals the first.
-    pairs.sort_by(|a, b| b.2.total_cmp(&a.2));
+    pairs.sort_by(|a, b| b.flux.total_cmp(&a.flux));
     pairs.truncate(MOST_PAIRS);
     let side = (((RAYS / pairs.len()) as f64).sqrt() as usize).clamp(SIDE[0], SIDE[1]);
-    let mut emission = Emission { scene, spectra, landings: Vec::new(), seeds: Vec::new(), fluxes: Vec::new() };
-    for (light, caster, _) in pairs {
-        emission.shine(light, &caster, side);
+    let shine = |pair: &Pair| {
+        let mut emission = Emission { scene, spectra, landings: Vec::new(), seeds: Vec::new(), fluxes: Vec::new() };
+        emission.shine(pair.light, &pair.caster, side.min(pair.most));
+        emission
+    };
+    let mut parts: Vec<Emission<'_>> = pairs.par_iter().map(shine).collect();
+    let mut emission = parts.remove(0);
+    for part in parts {
+        emission.append(part);
     }
     let bands = &spectra.bands;
     let disperses = spectra.media.iter().any(|medium| medium.n_at(bands.ends[0]) != medium.n_at(bands.ends[1]));
@@ -111,18 +137,18 @@ fn faint(fluxes: &[(LightId, Chain, f64)]) -> Vec<(LightId, Chain)> {
     fluxes.iter().filter(|own| own.2 < FAINT * most(own.0)).map(|own| (own.0, own.1)).collect()
 }
 
-/// Small lamps and what may bend their light, and how much light that is.
-fn pairs(scene: &Prepared, casters: &[usize]) -> Vec<(LightId, Caster, f64)> {
+/// Small lamps and what may bend their light.
+fn pairs(scene: &Prepared, casters: &[usize]) -> Vec<Pair> {
     let spectra = &scene.levels[0];
     let all = extent(scene);
     let mut pairs = Vec::new();
-    let is_small = |aim: &Aim, caster: &Caster| match aim.place {
-        Place::Beyond(_) => aim.radius < LARGEST,
+    let width = |aim: &Aim, caster: &Caster| match aim.place {
+        Place::Beyond(_) => aim.radius,
         Place::At(middle) => {
             let distance = ((caster.center - middle).length_squared().sqrt() - caster.radius).max(NEAR * caster.radius);
             // Of what is all around it nobody knows how near it comes.
             let distance = if caster.object.is_none() { all.1 } else { distance };
-            aim.radius < LARGEST * distance
+            aim.radius / distance
         }
     };
     let mut is_endless = false;
@@ -149,9 +175,13 @@ fn pairs(scene: &Prepared, casters: &[usize]) -> Vec<(LightId, Caster, f64)> {
     }
     for light in lights {
         let Some(aim) = Aim::of(spectra, light) else { continue };
-        for caster in balls.iter().filter(|caster| is_small(&aim, caster)) {
-            let irradiance = spectra.lights.expected(light, caster.center);
-            pairs.push((light, *caster, irradiance * caster.radius * caster.radius));
+        for caster in &balls {
+            let width = width(&aim, caster);
+            if width < LARGEST {
+                let irradiance = spectra.lights.expected(light, caster.center);
+                let most = (SIDE_BY_WIDTH / width).clamp(SIDE[0] as f64, SIDE[1] as f64) as usize;
+                pairs.push(Pair { light, caster: *caster, flux: irradiance * caster.radius * caster.radius, most });
+            }
         }
     }
     pairs
@@ -198,6 +228,25 @@ struct Emission<'a> {
 }
 
 impl Emission<'_> {
+    fn append(&mut self, other: Emission<'_>) {
+        let first = self.landings.len() as u32;
+        self.landings.extend(other.landings);
+        self.seeds.extend(
+            other.seeds.into_iter().map(|seed| Seed { corners: seed.corners.map(|corner| first + corner), ..seed }),
+        );
+        for (light, chain, flux) in other.fluxes {
+            self.carries(light, chain, flux);
+        }
+    }
+
+    /// Adds to what a chain carries.
+    fn carries(&mut self, light: LightId, chain: Chain, flux: f64) {
+        match self.fluxes.iter_mut().find(|own| (own.0, own.1) == (light, chain)) {
+            Some(own) => own.2 += flux,
+            None => self.fluxes.push((light, chain, flux)),
+        }
+    }
+
     /// Follows a grid of rays from a light over a surface.
     fn shine(&mut self, light: LightId, caster: &Caster, side: usize) {
         let Some(aim) = Aim::of(self.spectra, light) else { return };
@@ -253,13 +302,11 @@ impl Emission<'_> {
             let direct = if lights.count() > MOST_LIGHTS { lights.expected(light, p) } else { lights.all_expected(p) };
             // Where rays cross, as much as a good lens makes.
             let irradiance = (share * flux / area.max(1e-300)).min(1e6 * direct);
-            if irradiance > LEAST_IRRADIANCE * direct {
+            let noise = irradiance / direct * share * lights.expected(light, p) / direct / aim.width2(p);
+            if irradiance > LEAST_IRRADIANCE * direct && noise > LEAST_NOISE {
                 let (events, count) = first.events;
                 let chain = Chain::reversed(events, count);
-                match self.fluxes.iter_mut().find(|own| (own.0, own.1) == (light, chain)) {
-                    Some(own) => own.2 += share * flux,
-                    None => self.fluxes.push((light, chain, share * flux)),
-                }
+                self.carries(light, chain, share * flux);
                 let least = match light {
                     LightId::Emitter(_) => FAINT_SHARE_OF_EMITTERS,
                     _ => FAINT_SHARE,

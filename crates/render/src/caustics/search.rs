@@ -62,6 +62,14 @@ impl Aim {
         })
     }
 
+    /// The square of its radius seen from a place, as a sine.
+    pub fn width2(&self, from: Vec3) -> f64 {
+        match self.place {
+            Place::At(middle) => self.radius * self.radius / (middle - from).length_squared(),
+            Place::Beyond(_) => self.radius * self.radius,
+        }
+    }
+
     /// By how much a ray misses it, at right angles to the ray; `None` if it runs away from it.
     #[inline(always)]
     fn miss(&self, ray: &Ray) -> Option<Vec3> {

@@ -23,10 +23,10 @@ use crate::sampler::Choices;
 use crate::specular_ray::SpecularRay;
 
 /// Share of a place's light below which a chain is not always looked for.
-const FAINT_CHAIN: f64 = 0.02;
+const FAINT_CHAIN: f64 = 0.1;
 
 /// Probability with which chains are looked for that carry little light there.
-const FAINT_PICKS: f64 = 1.0 / 16.0;
+const FAINT_PICKS: f64 = 1.0 / 64.0;
 
 /// Least probability with which it is.
 const LEAST_PICKS: f64 = 0.1;
