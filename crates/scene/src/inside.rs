@@ -68,7 +68,7 @@ pub fn side_of_mesh(mesh: &Mesh, middle: [f64; 3], radius: f64) -> Side {
     let corners = |corners: &[u32; 3]| corners.map(|corner| difference(mesh.positions[corner as usize], middle));
     let turns = mesh.triangles.iter().map(|t| half_solid_angle(corners(t))).sum::<f64>() / TAU;
     // Of an open mesh they need not; of a closed one, rounding takes off far less.
-    if (turns - turns.round()).abs() > 0.1 {
+    if turns.is_nan() || (turns - turns.round()).abs() > 0.1 {
         return Side::Unknown;
     }
     // A point on the very face, too, is on neither side.
@@ -134,6 +134,8 @@ mod tests {
             ([1.1, 1.1, 0.0], 0.142, Side::Unknown),
             ([1.1, 1.1, 1.1], 0.173, Side::Outside),
             ([1.1, 1.1, 1.1], 0.174, Side::Unknown),
+            // Nowhere: moved beyond all numbers.
+            ([f64::NAN, 0.0, 0.0], 0.0, Side::Unknown),
             // On a face, an edge, a corner.
             ([1.0, 0.3, 0.2], 0.0, Side::Unknown),
             ([1.0, 1.0, 0.2], 0.0, Side::Unknown),

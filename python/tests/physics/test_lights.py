@@ -348,7 +348,7 @@ def test_a_light_that_a_closed_mesh_shuts_in_is_told(placed, surface, lamp, ligh
         (SQUARES, diffuse(0.5), sphere([0, 0.9, 0.1], 0.2, emitter(1.0)), [DARK], [0, 0, 5]),
         (SQUARES, metal("Ag"), sphere([0.9, 0, 0.9], 0.2, emitter(1.0)), [DARK], [0, 0, 5]),
         (SQUARES, dielectric("N-BK7"), LAMP, [DARK], [0, 0, 5]),
-        (SQUARES, diffuse(0.5), sphere([0, 0, 1.0], 0.5, emitter(1.0)), [DARK], [0, 0.5, 0.9]),
+        (SQUARES, diffuse(0.5), sphere([0, 0, 1.2], 0.5, emitter(1.0)), [DARK], [0, 0.5, 0.9]),
     ],
 )
 @pytest.mark.filterwarnings("error")
