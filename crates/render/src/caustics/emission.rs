@@ -24,6 +24,9 @@ const SIDE: [usize; 2] = [12, 96];
 /// Rays across, times the radius of the lamp seen from the surface, radians: what a lamp blurs need not be told more finely.
 const SIDE_BY_WIDTH: f64 = 4.0;
 
+/// Where the outermost rays meet a ball, of its radius: they must not miss it.
+const RIM: f64 = 1.0 - 1e-9;
+
 /// So many rays across and down the picture tell what it shows.
 const SHOWN: u32 = 8;
 
@@ -43,8 +46,8 @@ const LEAST_SHARE: f64 = 1e-5;
 /// Share of what a lamp's strongest chain carries below which one is faint.
 const FAINT: f64 = 0.02;
 
-/// Irradiance below which a caustic is faint, of that of all lamps with nothing in between: looked for in one sample of sixty-four, it
-/// makes a place this times sqrt(63) noisier than its light. A sun and a lamp without size have no other noise; of one with a size,
+/// Irradiance below which a caustic is faint, of that of all lamps with nothing in between: looked for in one sample of sixteen (sixty-four
+/// of a lamp with a size), it makes a place this times sqrt(15) noisier than its light (sqrt(63)). A sun and a lamp without size have no other noise; of one with a size,
 /// shadows and what surfaces throw on each other have more.
 const FAINT_SHARE: f64 = 0.005;
 const FAINT_SHARE_OF_EMITTERS: f64 = 0.02;
@@ -397,9 +400,32 @@ fn answer(spectra: &Spectra, along: &SpecularRay, material: &Material, mirrors: 
     if mirrors { mirrored } else { 1.0 - mirrored }
 }
 
+/// A place of the disc that a ball is seen as, from one of the square around it: the rim is met on the rim, and rays that a ball mirrors lie
+/// evenly, since their angles of incidence do. (The square by concentric squares and circles: P. Shirley, K. Chiu, "A low distortion
+/// map between disk and square", Journal of Graphics Tools 2(3), 45 (1997).)
+fn over_ball([s, t]: [f64; 2]) -> [f64; 2] {
+    let rho = s.abs().max(t.abs());
+    if rho == 0.0 {
+        return [0.0, 0.0];
+    }
+    let radius = (std::f64::consts::FRAC_PI_2 * rho).sin() * RIM;
+    let along = |long: f64, short: f64| {
+        let (sin, cos) = (std::f64::consts::FRAC_PI_4 * short / long).sin_cos();
+        [cos, sin].map(|part| part * radius * long.signum())
+    };
+    if s.abs() >= t.abs() {
+        along(s, t)
+    } else {
+        let [y, x] = along(t, s);
+        [x, y]
+    }
+}
+
 /// A ray from a light over a ball, at a place of the square around it.
 fn ray(aim: &Aim, caster: &Caster, [s, t]: [f64; 2]) -> Option<Ray> {
-    let reach = 1.02 * caster.radius;
+    let reach = caster.radius;
+    let square = [s, t];
+    let [s, t] = over_ball(square);
     match aim.place {
         Place::Beyond(direction) => {
             let (across, up) = frame(direction);
@@ -417,11 +443,37 @@ fn ray(aim: &Aim, caster: &Caster, [s, t]: [f64; 2]) -> Option<Ray> {
                 let direction = (axis + across * (s * tangent) + up * (t * tangent)).normalized();
                 return Some(Ray { origin: middle, direction });
             }
+            let [s, t] = square;
             // All around: a square folded over a sphere (an octahedron opened).
             let height = 1.0 - s.abs() - t.abs();
             let (x, z) =
                 if height >= 0.0 { (s, t) } else { ((1.0 - t.abs()).copysign(s), (1.0 - s.abs()).copysign(t)) };
             Some(Ray { origin: middle, direction: Vec3::new(x, height, z).normalized() })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Squares become circles, without a jump and without a fold; the rim is met, and angles of incidence lie evenly.
+    #[test]
+    fn rays_over_a_ball_reach_its_rim() {
+        let side = 64;
+        let at = |i: i32, j: i32| over_ball([i, j].map(|k| f64::from(k) / f64::from(side)));
+        for i in -side..=side {
+            for j in -side..=side {
+                let [x, y] = at(i, j);
+                let ring = f64::from(i.abs().max(j.abs())) / f64::from(side);
+                let incidence = (x.hypot(y) / RIM).min(1.0).asin();
+                assert!((incidence - std::f64::consts::FRAC_PI_2 * ring).abs() < 1e-6, "{i} {j}");
+                if i < side && j < side {
+                    let ([a, b], [c, d]) = (at(i + 1, j), at(i, j + 1));
+                    assert!((a - x) * (d - y) - (b - y) * (c - x) > 0.0, "folded at {i} {j}");
+                    assert!((a - x).hypot(b - y).max((c - x).hypot(d - y)) < 3.5 / f64::from(side), "torn at {i} {j}");
+                }
+            }
         }
     }
 }

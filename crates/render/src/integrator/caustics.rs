@@ -25,8 +25,10 @@ use crate::specular_ray::SpecularRay;
 /// Share of a place's light below which a chain is not always looked for.
 const FAINT_CHAIN: f64 = 0.1;
 
-/// Probability with which chains are looked for that carry little light there.
-const FAINT_PICKS: f64 = 1.0 / 64.0;
+/// Probability with which chains are looked for that carry little light there: of suns and lamps without size, which make no other noise,
+/// and of lamps with a size, whose shadows make more.
+const FAINT_PICKS: f64 = 1.0 / 16.0;
+const FAINT_PICKS_OF_EMITTERS: f64 = 1.0 / 64.0;
 
 /// Least probability with which it is.
 const LEAST_PICKS: f64 = 0.1;
@@ -37,11 +39,17 @@ const NEIGHBOUR: f64 = 0.1;
 /// Places within the triangles of a chain from which a lamp is looked for.
 const TRIES: usize = 8;
 
+/// How often a chain of a light is looked for that carries little there.
+#[inline(always)]
+fn faint_picks(light: LightId) -> f64 {
+    if matches!(light, LightId::Emitter(_)) { FAINT_PICKS_OF_EMITTERS } else { FAINT_PICKS }
+}
+
 /// How often a chain is looked for, on average; of a bright one so much is expected, `of` all light.
 #[inline(always)]
-fn picks(strength: Strength, expected: f64, of: f64) -> f64 {
+fn picks(light: LightId, strength: Strength, expected: f64, of: f64) -> f64 {
     if strength == Strength::Faint {
-        return FAINT_PICKS;
+        return faint_picks(light);
     }
     (expected / (FAINT_CHAIN * of)).clamp(LEAST_PICKS, 1.0)
 }
@@ -114,7 +122,7 @@ impl Tracer<'_> {
         };
         let of = irradiance(&candidates) + self.spectra.lights.all_expected(told.from.hit.point);
         candidates.retain(is_own);
-        let picks = picks(strength, irradiance(&candidates), of);
+        let picks = picks(light, strength, irradiance(&candidates), of);
         // Of wavelengths that were parted on the way the place is known; else the one that was looked at.
         let chosen = path.band.unwrap_or(told.chosen);
         let mut lobes = Vec::new();
@@ -165,7 +173,8 @@ impl Tracer<'_> {
         let mut candidates = std::mem::take(&mut self.caustics.candidates);
         let mut pair = None;
         for strength in [Strength::Bright, Strength::Faint] {
-            if strength == Strength::Faint && choices.next() >= FAINT_PICKS as f32 {
+            let taken = if strength == Strength::Faint { f64::from(choices.next()) } else { 0.0 };
+            if taken >= seeds.lights.iter().map(|light| faint_picks(*light)).fold(0.0, f64::max) {
                 continue;
             }
             seeds.find(path.hit.point, strength, &mut candidates);
@@ -178,8 +187,8 @@ impl Tracer<'_> {
             let pair = *pair.get_or_insert_with(|| choices.pair());
             let mut lobes = std::mem::take(&mut self.caustics.lobes);
             for group in candidates.chunk_by(|a, b| a.light == b.light && a.chain == b.chain) {
-                let picks = picks(strength, irradiance(group), of);
-                if strength == Strength::Bright && picks < 1.0 && f64::from(choices.next()) >= picks {
+                let picks = picks(group[0].light, strength, irradiance(group), of);
+                if taken >= picks || strength == Strength::Bright && picks < 1.0 && f64::from(choices.next()) >= picks {
                     continue;
                 }
                 self.find_lobes(&from, self.caustics.chosen, group, &mut lobes);

@@ -103,7 +103,7 @@ pub struct Seeds {
     faint: Boxes,
     landings: Vec<Landing>,
     /// Lights that have any.
-    lights: Vec<LightId>,
+    pub lights: Vec<LightId>,
     /// Some medium of the scene has an index that varies over the spectrum.
     pub disperses: bool,
 }
