@@ -21,6 +21,8 @@ pub struct RayCamera {
     /// From the middle of the picture to its right edge, on the picture plane at distance 1 (or in world units).
     right: Vec3,
     up: Vec3,
+    /// The same of length 1.
+    along: [Vec3; 2],
     orthographic: bool,
     size: [f64; 2],
     lens: Option<Lens>,
@@ -42,11 +44,13 @@ impl RayCamera {
             Projection::Orthographic { height, numerical_aperture } => (0.5 * height, true, numerical_aperture),
         };
         let half_width = half_height * f64::from(width) / f64::from(height);
+        let (right, up) = (right * half_width, up * half_height);
         RayCamera {
             position,
             forward,
-            right: right * half_width,
-            up: up * half_height,
+            right,
+            up,
+            along: [right.normalized(), up.normalized()],
             orthographic,
             size: [f64::from(width), f64::from(height)],
             lens: camera.lens,
@@ -84,6 +88,11 @@ impl RayCamera {
         self.orthographic || self.lens.is_some()
     }
 
+    /// Whether its rays to one place in the picture differ.
+    pub fn has_lens(&self) -> bool {
+        self.lens.is_some() || self.pupil.is_some()
+    }
+
     /// The ray through (`x`, `y`) in pixels, (0, 0) the top left corner of the picture; it passes the middle of the lens.
     #[inline(always)]
     pub fn ray(&self, x: f64, y: f64) -> Ray {
@@ -107,7 +116,7 @@ impl RayCamera {
         let (a, b) = choices.pair();
         let radius = lens.aperture_radius * a.sqrt();
         let (sin, cos) = (std::f64::consts::TAU * b).sin_cos();
-        let offset = self.right.normalized() * (radius * cos) + self.up.normalized() * (radius * sin);
+        let offset = self.along[0] * (radius * cos) + self.along[1] * (radius * sin);
         let to_focus = lens.focus_distance / central.direction.dot(self.forward);
         Ray { origin: central.origin + offset, direction: (central.direction * to_focus - offset).normalized() }
     }
@@ -120,7 +129,7 @@ impl RayCamera {
         let across = sine * a.sqrt();
         let along = (1.0 - across * across).sqrt();
         let (sin, cos) = (std::f64::consts::TAU * b).sin_cos();
-        let aside = self.right.normalized() * (across * cos) + self.up.normalized() * (across * sin);
+        let aside = self.along[0] * (across * cos) + self.along[1] * (across * sin);
         let direction = (self.forward * along + aside).normalized();
         let in_focus = central.origin + self.forward * distance;
         Ray { origin: in_focus - direction * (distance / along), direction }

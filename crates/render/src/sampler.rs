@@ -77,6 +77,7 @@ fn net_point(key: u64, sample: u32) -> (f64, f64) {
 
 /// Random numbers for the choices along one path: a stream of single ones, and pairs that are stratified over the
 /// samples of the pixel.
+#[derive(Clone)]
 pub struct Choices {
     key: u64,
     sample: u32,

@@ -1,14 +1,18 @@
 //! What the samples of a tile have added up to: all that a journal keeps of it, and all that its planes are made of.
 
+use std::ops::Range;
+
 use fearless_simd::{Level, Simd};
 use iridesce_numerics::Watch;
 
+use crate::camera::Ray;
 use crate::failure::{describe, prepared_level};
 use crate::framebuffer::{RenderError, TilePlanes};
+use crate::geometry::Hit;
 use crate::integrator::{Finished, GROUP, Tracer};
 use crate::prepare::Prepared;
 use crate::refraction::shown;
-use crate::sampler::PixelSampler;
+use crate::sampler::{Choices, PixelSampler};
 use crate::tiles::Rect;
 use crate::variance::Estimator;
 
@@ -78,12 +82,13 @@ impl TileSums {
         watch: &Watch,
     ) -> Result<(), RenderError> {
         let (first, whole) = (self.samples, (samples / size) as usize);
+        let has_tree = scene.geometry.has_tree();
         let mut batches = vec![vec![0.0_f32; tile.pixels()]; whole];
         // One tracer a level of spectra; most tiles need the first only.
         let mut tracers: Vec<Option<Tracer<'_>>> = scene.levels.iter().map(|_| None).collect();
+        let mut ahead = CameraRays::new(scene, tile, first..first + samples);
         for (pixel, sums) in self.sums.chunks_exact_mut(self.a_pixel).enumerate() {
-            let (x, y) = place(tile, pixel);
-            let sampler = PixelSampler::new(scene.seed, u64::from(y) << 32 | u64::from(x));
+            let rays = PixelRays::new(scene, tile, pixel);
             // A pixel that shows finer fringes than its spectra resolve starts again with finer ones.
             let mut level = 0;
             let tracer = loop {
@@ -96,10 +101,15 @@ impl TileSums {
                     tracer.begin_batch((sample / size) as usize);
                     let is_shared = scene.is_sparse && sample - sample % GROUP + GROUP <= samples;
                     tracer.begin_sample(is_shared.then_some(sample % GROUP == 0));
-                    let (dx, dy) = sampler.point(first + sample);
-                    let mut choices = sampler.choices(first + sample);
-                    let ray = scene.camera.ray_through_lens(f64::from(x) + dx, f64::from(y) + dy, &mut choices);
-                    if !tracer.trace(simd, ray, &mut choices) {
+                    let (ray, hit, mut choices);
+                    if has_tree {
+                        let at = ahead.place_of(pixel, first + sample);
+                        (ray, hit, choices) = (ahead.rays[at], ahead.hits[at], ahead.choices[at].clone());
+                    } else {
+                        (ray, choices) = rays.of(scene, first + sample);
+                        hit = scene.geometry.nearest(&ray, None);
+                    }
+                    if !tracer.trace(simd, ray, hit, &mut choices) {
                         break;
                     }
                 }
@@ -288,6 +298,85 @@ impl TileSums {
         };
         // What a journal does not tell counts as seen.
         Some(TileSums { samples, sums: sums.collect::<Result<_, _>>().ok()?, a_pixel, spread, has_surface: true })
+    }
+}
+
+/// The rays of a pixel from the camera.
+struct PixelRays {
+    sampler: PixelSampler,
+    x: f64,
+    y: f64,
+}
+
+impl PixelRays {
+    #[inline(always)]
+    fn new(scene: &Prepared, tile: Rect, pixel: usize) -> PixelRays {
+        let (x, y) = place(tile, pixel);
+        let sampler = PixelSampler::new(scene.seed, u64::from(y) << 32 | u64::from(x));
+        PixelRays { sampler, x: f64::from(x), y: f64::from(y) }
+    }
+
+    /// That of a sample, with the random numbers of the path that begins there.
+    #[inline(always)]
+    fn of(&self, scene: &Prepared, sample: u32) -> (Ray, Choices) {
+        let (dx, dy) = self.sampler.point(sample);
+        let mut choices = self.sampler.choices(sample);
+        (scene.camera.ray_through_lens(self.x + dx, self.y + dy, &mut choices), choices)
+    }
+}
+
+/// Camera rays whose hits are found together, ahead of the paths that begin with them: those of the samples of a tile, pixel after pixel.
+struct CameraRays<'a> {
+    scene: &'a Prepared,
+    tile: Rect,
+    samples: Range<u32>,
+    /// The first of those that are known, counted over the tile.
+    first: usize,
+    rays: Vec<Ray>,
+    choices: Vec<Choices>,
+    hits: Vec<Option<Hit>>,
+}
+
+impl<'a> CameraRays<'a> {
+    /// How many are found at a time.
+    const TOGETHER: usize = 64;
+
+    fn new(scene: &'a Prepared, tile: Rect, samples: Range<u32>) -> CameraRays<'a> {
+        CameraRays { scene, tile, samples, first: 0, rays: Vec::new(), choices: Vec::new(), hits: Vec::new() }
+    }
+
+    /// Where the ray of a sample of a pixel stands in the lists, together with what it meets.
+    #[inline(always)]
+    fn place_of(&mut self, pixel: usize, sample: u32) -> usize {
+        let number = pixel * self.samples.len() + (sample - self.samples.start) as usize;
+        if number < self.first || number >= self.first + self.rays.len() {
+            self.find(number);
+        }
+        number - self.first
+    }
+
+    /// Finds what the rays from one on meet.
+    #[inline(never)]
+    fn find(&mut self, number: usize) {
+        let a_pixel = self.samples.len();
+        let last = (number + Self::TOGETHER).min(self.tile.pixels() * a_pixel);
+        self.first = number;
+        self.rays.clear();
+        self.choices.clear();
+        let mut at = number;
+        while at < last {
+            let rays = PixelRays::new(self.scene, self.tile, at / a_pixel);
+            let end = last.min(at - at % a_pixel + a_pixel);
+            for number in at..end {
+                let (ray, choices) = rays.of(self.scene, self.samples.start + (number % a_pixel) as u32);
+                self.rays.push(ray);
+                self.choices.push(choices);
+            }
+            at = end;
+        }
+        self.hits.resize(self.rays.len(), None);
+        let are_alike = !self.scene.camera.has_lens();
+        self.scene.geometry.nearest_each(&self.rays, None, are_alike, &mut self.hits);
     }
 }
 

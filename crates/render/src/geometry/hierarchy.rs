@@ -19,7 +19,7 @@ const FIRST: u32 = (1 << COUNT_AT) - 1;
 /// Share of the whole's reach by which boxes are padded: eight times what the rounding of a ray to f32 may take.
 const PAD: f64 = 1.0 / (1 << 20) as f64;
 /// Entries of a walk's stack that need no memory of their own.
-const SHALLOW: usize = 64;
+const SHALLOW: usize = 32;
 
 /// Bounds of eight children by axis: all lower ends, all upper ends.
 #[derive(Debug, Clone)]
@@ -132,72 +132,17 @@ impl Hierarchy {
     /// Walks a ray through the boxes, the near ones first, as far as `limit`.
     #[inline(always)]
     pub fn walk<S: Simd>(&self, simd: S, ray: &Ray, limit: f64, visit: &mut impl Visit) {
-        if self.nodes.is_empty() {
+        let mut walk = Walk::default();
+        if !walk.begin(self, ray, limit) {
             return;
         }
-        // From where the ray comes near: a camera far away would cost the boxes their precision.
-        let start = self.entry(ray);
-        if start > limit || start == f64::INFINITY {
-            return;
-        }
-        let origin = ray.origin + ray.direction * start - self.center;
-        let direction = ray.direction.to_array();
-        // No zero: zero times infinity would be no number.
-        let per = direction.map(|d| if d.abs() < 1e-30 { 1e30_f32.copysign(d as f32) } else { (1.0 / d) as f32 });
-        let signs = direction.map(|d| usize::from(d.is_sign_negative()));
-        let origin = origin.to_array().map(|c| f32x8::splat(simd, c as f32));
-        let rate = per.map(|r| f32x8::splat(simd, r));
-        let longer = f32x8::splat(simd, 1.0 + f32::EPSILON * 8.0);
-        let zero = f32x8::splat(simd, 0.0);
-        let as_limit = |limit: f64| ((limit - start) * 1.000_001) as f32 + f32::MIN_POSITIVE;
-        let (mut limit, mut near_limit) = (limit, as_limit(limit));
-        let mut stack = Stack::default();
-        let mut current = 0_u32;
         loop {
-            if current & IS_LEAF != 0 {
-                let (first, count) = ((current & FIRST) as usize, (current >> COUNT_AT & 7) as usize + 1);
-                let closer = visit.leaf(simd, first, count, limit);
-                if closer < limit {
-                    (limit, near_limit) = (closer, as_limit(closer));
-                }
-            } else {
-                let node = &self.nodes[current as usize];
-                let [x, y, z] = &node.bounds;
-                let enter = slab(simd, &x[signs[0]], origin[0], rate[0])
-                    .max(slab(simd, &y[signs[1]], origin[1], rate[1]))
-                    .max(slab(simd, &z[signs[2]], origin[2], rate[2]).max(zero));
-                let leave = slab(simd, &x[1 - signs[0]], origin[0], rate[0])
-                    .min(slab(simd, &y[1 - signs[1]], origin[1], rate[1]))
-                    .min(slab(simd, &z[1 - signs[2]], origin[2], rate[2]))
-                    * longer;
-                let within = leave.min(f32x8::splat(simd, near_limit));
-                let mut met = simd.to_bitmask_mask32x8(enter.simd_le(within)) as u32;
-                if met != 0 {
-                    let distances: [f32; WIDTH] = enter.into();
-                    let first = stack.len;
-                    let nearest = met.trailing_zeros() as usize;
-                    let (mut next, mut distance) = (node.children[nearest], distances[nearest]);
-                    met &= met - 1;
-                    // The nearest one does not go through memory.
-                    while met != 0 {
-                        let at = met.trailing_zeros() as usize;
-                        met &= met - 1;
-                        let other = (node.children[at], distances[at]);
-                        let farther = if other.1 < distance { (next, distance) } else { other };
-                        (next, distance) = if other.1 < distance { other } else { (next, distance) };
-                        stack.push_sorted(first, farther.0, farther.1);
-                    }
-                    current = next;
-                    continue;
-                }
+            if let Some((first, count)) = walk.look(simd, self) {
+                let closer = visit.leaf(simd, first, count, walk.limit);
+                walk.shorten(closer);
             }
-            // The nearest that is still within reach.
-            loop {
-                let Some((next, distance)) = stack.pop() else { return };
-                if distance <= near_limit {
-                    current = next;
-                    break;
-                }
+            if !walk.choose(self) {
+                return;
             }
         }
     }
@@ -222,6 +167,169 @@ impl Hierarchy {
         }
         if enter <= leave * (1.0 + 1e-12) { enter } else { f64::INFINITY }
     }
+}
+
+/// A ray on its way through a hierarchy, from one node or leaf to the next: [`Walk::look`], then [`Walk::choose`], until that says
+/// that there is none. Between the two of one ray there may be those of others.
+pub struct Walk {
+    /// Where the ray comes near, from the middle of the whole.
+    origin: [f32; 3],
+    rate: [f32; 3],
+    /// Which end of a box along each axis is the far one.
+    signs: [usize; 3],
+    /// How far along the ray that is.
+    start: f64,
+    limit: f64,
+    near_limit: f32,
+    /// The node or leaf that is next.
+    current: u32,
+    /// Which children of the node under work are met, as bits, and how far away each begins.
+    met: u32,
+    distances: [f32; WIDTH],
+    stack: Stack,
+}
+
+impl Default for Walk {
+    #[inline(always)]
+    fn default() -> Walk {
+        Walk {
+            origin: [0.0; 3],
+            rate: [0.0; 3],
+            signs: [0; 3],
+            start: 0.0,
+            limit: 0.0,
+            near_limit: 0.0,
+            current: 0,
+            met: 0,
+            distances: [0.0; WIDTH],
+            stack: Stack::default(),
+        }
+    }
+}
+
+impl Walk {
+    /// Sends a ray on its way, as far as `limit`; false where it meets nothing there.
+    #[inline(always)]
+    pub fn begin(&mut self, hierarchy: &Hierarchy, ray: &Ray, limit: f64) -> bool {
+        if hierarchy.nodes.is_empty() {
+            return false;
+        }
+        // From where the ray comes near: a camera far away would cost the boxes their precision.
+        let start = hierarchy.entry(ray);
+        if start > limit || start == f64::INFINITY {
+            return false;
+        }
+        let Vec3 { x, y, z } = ray.origin + ray.direction * start - hierarchy.center;
+        self.origin = [x as f32, y as f32, z as f32];
+        let Vec3 { x, y, z } = ray.direction;
+        self.rate = [rate(x), rate(y), rate(z)];
+        let sign = |along: f64| usize::from(along.is_sign_negative());
+        self.signs = [sign(x), sign(y), sign(z)];
+        self.start = start;
+        (self.limit, self.near_limit) = (limit, self.in_single(limit));
+        self.current = 0;
+        self.stack.len = 0;
+        true
+    }
+
+    /// How far the ray still looks.
+    #[inline(always)]
+    pub fn limit(&self) -> f64 {
+        self.limit
+    }
+
+    /// Something was met nearer than [`Walk::limit`].
+    #[inline(always)]
+    pub fn shorten(&mut self, limit: f64) {
+        if limit < self.limit {
+            (self.limit, self.near_limit) = (limit, self.in_single(limit));
+        }
+    }
+
+    #[inline(always)]
+    fn in_single(&self, limit: f64) -> f32 {
+        ((limit - self.start) * 1.000_001) as f32 + f32::MIN_POSITIVE
+    }
+
+    /// Reads something of each part of what is next, so that it is near when it is asked; of a leaf the caller knows what that is.
+    /// What comes out has no meaning, but has been read.
+    #[inline(always)]
+    pub fn touch(&self, hierarchy: &Hierarchy, leaf: impl FnOnce(usize) -> u64) -> u64 {
+        if self.current & IS_LEAF != 0 {
+            return leaf((self.current & FIRST) as usize);
+        }
+        let Node { bounds, children } = &hierarchy.nodes[self.current as usize];
+        let [x, y, z] = [bounds[0][0][0], bounds[1][0][0], bounds[2][0][0]];
+        u64::from(x.to_bits() ^ y.to_bits() ^ z.to_bits() ^ children[WIDTH - 1])
+    }
+
+    /// Looks which children of the next node are met; of a leaf gives the things in it, `first` and how many, for the caller to meet
+    /// and to [`Walk::shorten`] the way by.
+    #[inline(always)]
+    pub fn look<S: Simd>(&mut self, simd: S, hierarchy: &Hierarchy) -> Option<(usize, usize)> {
+        let current = self.current;
+        if current & IS_LEAF != 0 {
+            self.met = 0;
+            return Some(((current & FIRST) as usize, (current >> COUNT_AT & 7) as usize + 1));
+        }
+        let splat = |value: f32| f32x8::splat(simd, value);
+        // Not by `map` over the axes, which is a call of its own here.
+        let [o_x, o_y, o_z] = [splat(self.origin[0]), splat(self.origin[1]), splat(self.origin[2])];
+        let [r_x, r_y, r_z] = [splat(self.rate[0]), splat(self.rate[1]), splat(self.rate[2])];
+        let [x, y, z] = &hierarchy.nodes[current as usize].bounds;
+        let [n_x, n_y, n_z] = [self.signs[0] & 1, self.signs[1] & 1, self.signs[2] & 1];
+        let enter = slab(simd, &x[n_x], o_x, r_x)
+            .max(slab(simd, &y[n_y], o_y, r_y))
+            .max(slab(simd, &z[n_z], o_z, r_z).max(splat(0.0)));
+        let leave = slab(simd, &x[1 - n_x], o_x, r_x).min(slab(simd, &y[1 - n_y], o_y, r_y)).min(slab(
+            simd,
+            &z[1 - n_z],
+            o_z,
+            r_z,
+        )) * splat(1.0 + f32::EPSILON * 8.0);
+        let within = leave.min(splat(self.near_limit));
+        self.met = simd.to_bitmask_mask32x8(enter.simd_le(within)) as u32;
+        self.distances = enter.into();
+        None
+    }
+
+    /// Goes on to the nearest of what was seen to be met and what waits; false at the end.
+    #[inline(always)]
+    pub fn choose(&mut self, hierarchy: &Hierarchy) -> bool {
+        let mut met = self.met;
+        if met != 0 {
+            let (children, distances) = (&hierarchy.nodes[self.current as usize].children, &self.distances);
+            let first = self.stack.len;
+            let nearest = met.trailing_zeros() as usize % WIDTH;
+            let (mut next, mut distance) = (children[nearest], distances[nearest]);
+            met &= met - 1;
+            // The nearest one does not go through memory.
+            while met != 0 {
+                let at = met.trailing_zeros() as usize % WIDTH;
+                met &= met - 1;
+                let other = (children[at], distances[at]);
+                let farther = if other.1 < distance { (next, distance) } else { other };
+                (next, distance) = if other.1 < distance { other } else { (next, distance) };
+                self.stack.push_sorted(first, farther.0, farther.1);
+            }
+            self.current = next;
+            return true;
+        }
+        // The nearest that is still within reach.
+        while let Some((next, distance)) = self.stack.pop() {
+            if distance <= self.near_limit {
+                self.current = next;
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// How much farther a ray is along itself for each step along an axis. No zero: zero times infinity would be no number.
+#[inline(always)]
+fn rate(along: f64) -> f32 {
+    if along.abs() < 1e-30 { 1e30_f32.copysign(along as f32) } else { (1.0 / along) as f32 }
 }
 
 /// Distances to eight planes.

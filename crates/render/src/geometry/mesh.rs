@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use super::bounds::Bounds;
 use super::build::{LEAF, PARALLEL};
-use super::hierarchy::{Hierarchy, Visit};
+use super::hierarchy::{Hierarchy, Visit, Walk};
 use crate::camera::Ray;
 
 /// By how much triangles reach beyond their edges, in their own coordinates: some hundred times the rounding of a crossing.
@@ -94,12 +94,10 @@ impl TriangleMesh {
         16.0 * f64::EPSILON * (size + self.reach)
     }
 
-    /// The nearest crossing nearer than `limit`; of equally near ones that of the first triangle.
+    /// A search for the nearest crossing; of equally near ones that of the first triangle.
     #[inline(always)]
-    pub fn nearest<S: Simd>(&self, simd: S, ray: &Ray, limit: f64, start: Option<Start>) -> Option<Met> {
-        let mut search = Search { mesh: self, ray, start, best: None };
-        self.hierarchy.walk(simd, ray, limit, &mut search);
-        search.best
+    pub fn search(&self, ray: Ray, start: Option<Start>) -> Search<'_> {
+        Search { mesh: self, ray, start, best: None }
     }
 
     /// The corners of a triangle.
@@ -124,8 +122,8 @@ impl TriangleMesh {
     #[inline(always)]
     pub fn close(&self, seat: u32, point: Vec3) -> (Vec3, Vec3) {
         let (block, lane) = (&self.blocks[seat as usize / LEAF], seat as usize % LEAF);
-        let [corner, first, second] = [&block.corner, &block.first, &block.second]
-            .map(|rows| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]));
+        let at = |rows: &[[f64; 4]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
+        let (corner, first, second) = (at(&block.corner), at(&block.first), at(&block.second));
         let [share, other] = shares(first, second, point - corner);
         (corner + first * share + second * other, normal(first, second))
     }
@@ -150,14 +148,54 @@ fn shares(first: Vec3, second: Vec3, way: Vec3) -> [f64; 2] {
     [b / sum, c / sum]
 }
 
-struct Search<'a> {
+/// A ray that looks for its nearest crossing with a mesh.
+pub struct Search<'a> {
     mesh: &'a TriangleMesh,
-    ray: &'a Ray,
+    ray: Ray,
     start: Option<Start>,
-    best: Option<Met>,
+    pub best: Option<Met>,
 }
 
 impl Search<'_> {
+    /// Looks through the whole mesh, as far as `limit`.
+    #[inline(always)]
+    pub fn run<S: Simd>(&mut self, simd: S, limit: f64) {
+        let (mesh, ray) = (self.mesh, self.ray);
+        mesh.hierarchy.walk(simd, &ray, limit, self);
+    }
+
+    /// Sends the ray on a way through the mesh that goes on by [`Search::look`] and [`Search::choose`]; false where it meets nothing.
+    #[inline(always)]
+    pub fn begin(&self, walk: &mut Walk, limit: f64) -> bool {
+        walk.begin(&self.mesh.hierarchy, &self.ray, limit)
+    }
+
+    /// [`Walk::touch`] of what is next in the mesh.
+    #[inline(always)]
+    pub fn touch(&self, walk: &Walk) -> u64 {
+        walk.touch(&self.mesh.hierarchy, |block| {
+            let Block { corner, first, second, triangles } = &self.mesh.blocks[block];
+            let (a, b, c) = (corner[0][0].to_bits(), corner[2][0].to_bits(), first[1][0].to_bits());
+            let (d, e) = (second[0][0].to_bits(), second[2][0].to_bits());
+            a ^ b ^ c ^ d ^ e ^ u64::from(triangles[LEAF - 1])
+        })
+    }
+
+    /// [`Walk::look`], the leaf met if it is one.
+    #[inline(always)]
+    pub fn look<S: Simd>(&mut self, simd: S, walk: &mut Walk) {
+        if let Some((first, count)) = walk.look(simd, &self.mesh.hierarchy) {
+            let closer = self.leaf(simd, first, count, walk.limit());
+            walk.shorten(closer);
+        }
+    }
+
+    /// [`Walk::choose`].
+    #[inline(always)]
+    pub fn choose(&self, walk: &mut Walk) -> bool {
+        walk.choose(&self.mesh.hierarchy)
+    }
+
     /// Whether a crossing is where the ray starts: on the triangle that it leaves, or on a neighbour of which it starts no
     /// farther than rounding.
     fn is_start(&self, block: &Block, lane: usize, volume: f64) -> bool {

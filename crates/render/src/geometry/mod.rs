@@ -12,6 +12,7 @@ mod hierarchy;
 mod mesh;
 mod parts;
 mod patch;
+mod ring;
 mod shape;
 mod world;
 

@@ -9,7 +9,7 @@ use iridesce_scene::{Affine, ResolvedScene, Shape as SceneShape};
 use super::bounds::Bounds;
 use super::cylinder::Cylinder;
 use super::hierarchy::{Hierarchy, Visit};
-use super::mesh::{Start, TriangleMesh};
+use super::mesh::{self, Start, TriangleMesh};
 use super::patch::{Patch, patches};
 use super::{Hit, Shape};
 use crate::camera::Ray;
@@ -38,10 +38,10 @@ pub const STAYS: u32 = u32::MAX;
 
 /// Parts in a hierarchy.
 pub struct Tree {
-    level: Level,
-    hierarchy: Hierarchy,
+    pub(super) level: Level,
+    pub(super) hierarchy: Hierarchy,
     /// Parts in the order of the hierarchy's leaves.
-    order: Vec<u32>,
+    pub(super) order: Vec<u32>,
     /// Parts without an end.
     pub unbounded: Vec<u32>,
     pub parts: Vec<Part>,
@@ -185,13 +185,19 @@ impl Tree {
 
     #[inline(never)]
     pub fn nearest(&self, ray: &Ray, leaving: Option<&Hit>, counts: Option<&dyn Fn(usize) -> bool>) -> Option<Hit> {
-        let mut search = Search { tree: self, ray, leaving, counts, best: None };
+        let mut search = Search { counts, ..Search::new(self, ray, leaving) };
         dispatch!(self.level, simd => search.run(simd));
         search.best.map(|best| self.hit(ray, &best))
     }
 
+    /// Whether it has one part with an end: its own box is all that is needed.
+    #[inline(always)]
+    pub(super) fn is_single(&self) -> bool {
+        self.order.len() == 1
+    }
+
     /// The hit that a search has found.
-    fn hit(&self, ray: &Ray, best: &Best) -> Hit {
+    pub(super) fn hit(&self, ray: &Ray, best: &Best) -> Hit {
         let part = &self.parts[best.part as usize];
         let to_object = self.to_object.get(part.placement as usize);
         let (own, distance) = match to_object {
@@ -274,7 +280,7 @@ fn in_object(ray: &Ray, by: &Affine, distance: f64) -> (Ray, f64) {
 
 /// The nearest so far.
 #[derive(Debug, Clone, Copy)]
-struct Best {
+pub struct Best {
     part: u32,
     primitive: u32,
     /// Of a triangle, where it stands among those of its mesh.
@@ -282,37 +288,71 @@ struct Best {
     distance: f64,
 }
 
-struct Search<'a> {
-    tree: &'a Tree,
-    ray: &'a Ray,
-    leaving: Option<&'a Hit>,
-    counts: Option<&'a dyn Fn(usize) -> bool>,
-    best: Option<Best>,
+/// How a ray meets a part.
+pub(super) enum Meeting<'a> {
+    /// Not at all, or here: the distance as the object sees it, and the primitive.
+    Told(Option<(f64, u32)>),
+    /// By a walk through the mesh, as far as a limit there.
+    Walk(mesh::Search<'a>, f64),
 }
 
-impl Search<'_> {
+/// A ray that looks for what it meets first.
+pub struct Search<'a> {
+    pub(super) tree: &'a Tree,
+    pub(super) ray: &'a Ray,
+    leaving: Option<&'a Hit>,
+    counts: Option<&'a dyn Fn(usize) -> bool>,
+    pub best: Option<Best>,
+}
+
+impl<'a> Search<'a> {
+    pub fn new(tree: &'a Tree, ray: &'a Ray, leaving: Option<&'a Hit>) -> Search<'a> {
+        Search { tree, ray, leaving, counts: None, best: None }
+    }
+
     #[inline(always)]
-    fn run<S: Simd>(&mut self, simd: S) {
+    pub(super) fn run<S: Simd>(&mut self, simd: S) {
         let tree = self.tree;
-        let mut limit = f64::INFINITY;
-        for &part in &tree.unbounded {
-            limit = self.meet(simd, part, limit);
-        }
-        // A single one has a box of its own.
-        if let [only] = tree.order[..] {
-            self.meet(simd, only, limit);
+        let limit = self.meet_unbounded();
+        if tree.is_single() {
+            self.meet(simd, tree.order[0], limit);
             return;
         }
         tree.hierarchy.walk(simd, self.ray, limit, self);
     }
 
-    /// Meets one part; of two at the same distance the first of the scene is nearer, whatever the order here.
+    /// Meets the parts without an end, of which none is a mesh.
+    #[inline(always)]
+    pub(super) fn meet_unbounded(&mut self) -> f64 {
+        let mut limit = f64::INFINITY;
+        for &part in &self.tree.unbounded {
+            if let Meeting::Told(Some((distance, primitive))) = self.meeting(part, limit) {
+                limit = self.take(part, limit, Some((distance, primitive, 0)));
+            }
+        }
+        limit
+    }
+
+    /// Meets one part.
     #[inline(always)]
     fn meet<S: Simd>(&mut self, simd: S, number: u32, limit: f64) -> f64 {
+        let found = match self.meeting(number, limit) {
+            Meeting::Told(found) => found.map(|(distance, primitive)| (distance, primitive, 0)),
+            Meeting::Walk(mut search, own_limit) => {
+                search.run(simd, own_limit);
+                search.best.map(|met| (met.distance, met.triangle, met.seat))
+            }
+        };
+        self.take(number, limit, found)
+    }
+
+    /// How the ray meets a part.
+    #[inline(always)]
+    pub(super) fn meeting(&self, number: u32, limit: f64) -> Meeting<'a> {
         let tree = self.tree;
         let part = &tree.parts[number as usize];
         if self.counts.is_some_and(|counts| !counts(part.object as usize)) {
-            return limit;
+            return Meeting::Told(None);
         }
         let leaving = self.leaving.filter(|hit| hit.part == number).map(|hit| hit.primitive);
         let to_object = tree.to_object.get(part.placement as usize);
@@ -321,12 +361,10 @@ impl Search<'_> {
             // A little more: what comes back is compared here.
             Some(by) => in_object(self.ray, by, limit * (1.0 + 4.0 * f64::EPSILON)),
         };
-        let found = match &tree.kinds[part.kind as usize] {
-            Kind::Shape(shape) => shape.distance(&own, leaving.is_some()).map(|distance| (distance, 0, 0)),
-            Kind::Cylinder(cylinder) => {
-                cylinder.nearest(&own, leaving).map(|(distance, primitive)| (distance, primitive, 0))
-            }
-            Kind::Patch(patch) => patch.nearest(&own, leaving.is_some()).map(|distance| (distance, 0, 0)),
+        Meeting::Told(match &tree.kinds[part.kind as usize] {
+            Kind::Shape(shape) => shape.distance(&own, leaving.is_some()).map(|distance| (distance, 0)),
+            Kind::Cylinder(cylinder) => cylinder.nearest(&own, leaving),
+            Kind::Patch(patch) => patch.nearest(&own, leaving.is_some()).map(|distance| (distance, 0)),
             Kind::Mesh(mesh) => {
                 let start = leaving.map(|triangle| {
                     // What the way from the world costs in digits.
@@ -336,11 +374,18 @@ impl Search<'_> {
                     });
                     Start { triangle, slack: mesh.slack(size) }
                 });
-                mesh.nearest(simd, &own, own_limit, start).map(|met| (met.distance, met.triangle, met.seat))
+                return Meeting::Walk(mesh.search(own, start), own_limit);
             }
-        };
+        })
+    }
+
+    /// Takes what was found of a part, if it is nearer; of two at the same distance the first of the scene is nearer, whatever the order
+    /// here. Gives how far the ray still looks.
+    #[inline(always)]
+    pub(super) fn take(&mut self, number: u32, limit: f64, found: Option<(f64, u32, u32)>) -> f64 {
         let Some((distance, primitive, seat)) = found else { return limit };
-        let distance = match to_object {
+        let tree = self.tree;
+        let distance = match tree.to_object.get(tree.parts[number as usize].placement as usize) {
             None => distance,
             Some(by) => distance / by.turned(self.ray.direction).length_squared().sqrt(),
         };

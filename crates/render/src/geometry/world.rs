@@ -7,7 +7,7 @@ use super::area::AreaSampler;
 use super::bounds::Bounds;
 use super::charts::Charts;
 use super::parts::{Kind, Tree, placed};
-use super::{Hit, Interaction, Shape};
+use super::{Hit, Interaction, Shape, ring};
 use crate::camera::Ray;
 
 /// So many shapes are asked one after the other; more of them stand in a hierarchy. (Eleven in a room: 5 % faster than by their boxes.)
@@ -85,6 +85,30 @@ impl Geometry {
             return tree.nearest(ray, leaving, None);
         }
         self.nearest_of_few(ray, leaving.map(|hit| hit.part), |_| true)
+    }
+
+    /// Whether rays take walks, which are quicker together ([`Geometry::nearest_each`]).
+    #[inline(always)]
+    pub fn has_tree(&self) -> bool {
+        self.tree.is_some()
+    }
+
+    /// [`Geometry::nearest`] of each of some rays, all of which start at the same place if that is on a surface. `are_alike` says that
+    /// each goes nearly where the one before has gone; it changes how long it takes, and nothing else.
+    pub fn nearest_each(&self, rays: &[Ray], leaving: Option<&Hit>, are_alike: bool, hits: &mut [Option<Hit>]) {
+        let Some(tree) = &self.tree else {
+            for (hit, ray) in hits.iter_mut().zip(rays) {
+                *hit = self.nearest(ray, leaving);
+            }
+            return;
+        };
+        for (rays, hits) in rays.chunks(ring::MOST).zip(hits.chunks_mut(ring::MOST)) {
+            if are_alike {
+                tree.nearest_each_alike(rays, leaving, hits);
+            } else {
+                tree.nearest_each(rays, leaving, hits);
+            }
+        }
     }
 
     /// [`Geometry::nearest`] among some of the objects only.

@@ -51,7 +51,9 @@ fn found(prepared: &Prepared, is_below: bool, rays: u32, seed: u64) -> Vec<Vec<(
             // A pixel for each: the samples of one are not independent.
             let mut choices = PixelSampler::new(seed, u64::from(ray)).choices(0);
             let origin = Vec3::new(0.0, -way.y.signum(), 0.0);
-            assert!(tracer.trace(simd, Ray { origin, direction: way }, &mut choices));
+            let ray = Ray { origin, direction: way };
+            let hit = prepared.geometry.nearest(&ray, None);
+            assert!(tracer.trace(simd, ray, hit, &mut choices));
             let escaped = &tracer.escaped;
             let [red, green, blue] = tracer.spectra.lights.map_rgb(simd, &escaped.directions);
             let all = (0..escaped.count).map(|path| {

@@ -45,7 +45,7 @@ use crate::caustics::Memory;
 use crate::chain::Chain;
 use crate::failure::PathFailure;
 use crate::film::Phase;
-use crate::geometry::frame;
+use crate::geometry::{Hit, frame};
 use crate::levels::Spectra;
 use crate::lights::chooser::LightId;
 use crate::materials::Material;
@@ -213,12 +213,12 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Adds what arrives at the camera along a ray; false once the pixel cannot be finished.
+    /// Adds what arrives at the camera along a ray, of which it is known what it meets first; false once the pixel cannot be finished.
     #[inline(always)]
-    pub fn trace<S: Simd>(&mut self, simd: S, ray: Ray, choices: &mut Choices) -> bool {
+    pub fn trace<S: Simd>(&mut self, simd: S, ray: Ray, hit: Option<Hit>, choices: &mut Choices) -> bool {
         let scene = self.scene;
         let polarizer = scene.camera.polarizer(ray.direction);
-        let Some(hit) = scene.geometry.nearest(&ray, None) else {
+        let Some(hit) = hit else {
             if !self.is_dark(scene.enclosing_media(&ray)) {
                 self.add_unscattered(simd, ray.direction, polarizer);
             }
