@@ -372,13 +372,15 @@ def report(names: list[str], samples: int, folder: Path) -> list[str]:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scenes", nargs="*", help="default: all")
+    parser.add_argument("scenes", nargs="*", choices=[*SCENES, []], default=[], help="default: all")
     parser.add_argument("--samples", type=int, default=256, help="of the peer, a pixel and run; ours takes an eighth")
     parser.add_argument("--write", action="store_true", help="put all of it into docs/evidence/validation.md")
     parser.add_argument("--alone", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--furnace", type=float, help=argparse.SUPPRESS)
     parser.add_argument("--folder", type=Path, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
+    if arguments.write and arguments.scenes:
+        parser.error("--write puts the tables of all scenes into the page: name none")
     if arguments.furnace:
         from peer_mitsuba import newest_llvm
 

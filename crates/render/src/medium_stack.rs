@@ -2,15 +2,13 @@
 
 use crate::spectral::{FROM_NM, TO_NM};
 use iridesce_optics::{Complex64, Medium, OpticsError};
+use iridesce_scene::OPAQUE_K;
 
 /// The number of the medium that scenes are surrounded by: n = 1.
 pub const SURROUNDING: u8 = 0;
 
 /// Deepest nesting of media within one another.
 pub const DEEPEST: usize = 7;
-
-/// Least k, over the visible range, of a medium that is taken as opaque wherever it fills space: e^-1 within 50 um.
-const OPAQUE_K: f64 = 1e-3;
 
 /// The media a path is within, the innermost last; the surrounding one is not counted.
 ///

@@ -46,6 +46,7 @@ pub use affine::Affine;
 pub use builtin::{builtin_names, builtin_text};
 pub use error::{ResolveError, SceneError};
 pub use faces::FilmOnFace;
+pub use medium::OPAQUE_K;
 pub use model::*;
 pub use resolve::{Body, Context, ResolvedEnvironment, ResolvedScene, ResolvedSource, resolve};
 pub use schema_text::{json_schema, key_tables};

@@ -8,7 +8,7 @@ use crate::reader::as_number;
 use crate::tree::{Node, Value};
 
 /// Least k of a medium that the renderer takes as opaque wherever it fills space: e^-1 within 50 um.
-const OPAQUE_K: f64 = 1e-3;
+pub const OPAQUE_K: f64 = 1e-3;
 
 /// Largest n and k: beyond any metal's, and their fourth powers stay within the range of single precision.
 const MAX_INDEX: f64 = 1e3;
