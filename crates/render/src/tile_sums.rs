@@ -8,7 +8,7 @@ use iridesce_numerics::Watch;
 use crate::camera::Ray;
 use crate::failure::{describe, prepared_level};
 use crate::framebuffer::{RenderError, TilePlanes};
-use crate::geometry::Hit;
+use crate::geometry::{Alike, Hit};
 use crate::integrator::{Finished, GROUP, Tracer};
 use crate::prepare::Prepared;
 use crate::refraction::shown;
@@ -335,14 +335,18 @@ struct CameraRays<'a> {
     rays: Vec<Ray>,
     choices: Vec<Choices>,
     hits: Vec<Option<Hit>>,
+    /// So many pixels are not tried as bundles.
+    loose: u32,
 }
 
 impl<'a> CameraRays<'a> {
     /// How many are found at a time.
     const TOGETHER: usize = 64;
+    /// Pixels after one that shows too much for a bundle which most probably do, too.
+    const LOOSE: u32 = 7;
 
     fn new(scene: &'a Prepared, tile: Rect, samples: Range<u32>) -> CameraRays<'a> {
-        CameraRays { scene, tile, samples, first: 0, rays: Vec::new(), choices: Vec::new(), hits: Vec::new() }
+        CameraRays { scene, tile, samples, first: 0, rays: Vec::new(), choices: Vec::new(), hits: Vec::new(), loose: 0 }
     }
 
     /// Where the ray of a sample of a pixel stands in the lists, together with what it meets.
@@ -375,8 +379,19 @@ impl<'a> CameraRays<'a> {
             at = end;
         }
         self.hits.resize(self.rays.len(), None);
-        let are_alike = !self.scene.camera.has_lens();
-        self.scene.geometry.nearest_each(&self.rays, None, are_alike, &mut self.hits);
+        let geometry = &self.scene.geometry;
+        if self.scene.camera.has_lens() {
+            geometry.nearest_each(&self.rays, None, Alike::No, &mut self.hits);
+            return;
+        }
+        let mut start = 0;
+        while start < self.rays.len() {
+            let end = self.rays.len().min(start + a_pixel - (number + start) % a_pixel);
+            let are = if self.loose == 0 { Alike::Bundle } else { Alike::Neighbours };
+            let was_so = geometry.nearest_each(&self.rays[start..end], None, are, &mut self.hits[start..end]);
+            self.loose = if was_so { self.loose.saturating_sub(1) } else { Self::LOOSE };
+            start = end;
+        }
     }
 }
 

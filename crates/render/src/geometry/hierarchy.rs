@@ -7,6 +7,7 @@ use fearless_simd::{Simd, f32x8, prelude::*};
 use iridesce_numerics::Vec3;
 use rayon::prelude::*;
 
+use super::beam::Beam;
 use super::bounds::Bounds;
 use super::build::{Item, LEAF, PARALLEL, Tree};
 use crate::camera::Ray;
@@ -86,6 +87,17 @@ impl Hierarchy {
     /// The box around all.
     pub fn bounds(&self) -> &Bounds {
         &self.bounds
+    }
+
+    /// Where all boxes are counted from.
+    #[inline(always)]
+    pub fn middle(&self) -> [f64; 3] {
+        self.center.to_array()
+    }
+
+    /// A beam around rays, to be held against the boxes.
+    pub fn beam(&self, rays: &[Ray]) -> Option<Beam> {
+        Beam::new(rays, self.middle(), self.reach, &self.bounds)
     }
 
     fn add(&mut self, of: &[&Tree], order: &[u32], at_leaf: &mut impl FnMut(&[u32]) -> (usize, usize)) -> u32 {
@@ -290,6 +302,31 @@ impl Walk {
         let within = leave.min(splat(self.near_limit));
         self.met = simd.to_bitmask_mask32x8(enter.simd_le(within)) as u32;
         self.distances = enter.into();
+        None
+    }
+
+    /// Sends a beam on its way, as far along it as `limit`; false where that is nowhere.
+    #[inline(always)]
+    pub fn begin_beam(&mut self, hierarchy: &Hierarchy, limit: f32) -> bool {
+        (self.current, self.stack.len, self.near_limit) = (0, 0, limit);
+        !hierarchy.nodes.is_empty() && limit >= 0.0
+    }
+
+    /// A beam is to go no farther than this.
+    #[inline(always)]
+    pub fn shorten_beam(&mut self, limit: f32) {
+        self.near_limit = limit;
+    }
+
+    /// [`Walk::look`] of a beam.
+    #[inline(always)]
+    pub fn look_along<S: Simd>(&mut self, simd: S, hierarchy: &Hierarchy, beam: &Beam) -> Option<(usize, usize)> {
+        let current = self.current;
+        if current & IS_LEAF != 0 {
+            self.met = 0;
+            return Some(((current & FIRST) as usize, (current >> COUNT_AT & 7) as usize + 1));
+        }
+        (self.met, self.distances) = beam.meets(simd, &hierarchy.nodes[current as usize].bounds, self.near_limit);
         None
     }
 

@@ -4,6 +4,7 @@
 //! neighbours overlap by less than rounding shows, so that no ray slips between them.
 //! T. Moeller, B. Trumbore, "Fast, minimum storage ray-triangle intersection", J. Graphics Tools 2 (1997).
 
+use std::ops::{Add, Div, Mul, Sub};
 use std::sync::Arc;
 
 use fearless_simd::{Simd, f64x4, prelude::*};
@@ -18,23 +19,23 @@ use super::hierarchy::{Hierarchy, Visit, Walk};
 use crate::camera::Ray;
 
 /// By how much triangles reach beyond their edges, in their own coordinates: some hundred times the rounding of a crossing.
-const OVERLAP: f64 = 1e-13;
+pub(super) const OVERLAP: f64 = 1e-13;
 
 /// Four triangles: a corner and the edges from it, by axis.
 #[derive(Debug, Clone)]
-struct Block {
-    corner: [[f64; 4]; 3],
-    first: [[f64; 4]; 3],
-    second: [[f64; 4]; 3],
-    triangles: [u32; 4],
+pub(super) struct Block {
+    pub(super) corner: [[f64; 4]; 3],
+    pub(super) first: [[f64; 4]; 3],
+    pub(super) second: [[f64; 4]; 3],
+    pub(super) triangles: [u32; 4],
 }
 
 /// A mesh that rays meet.
 #[derive(Debug, Clone)]
 pub struct TriangleMesh {
     pub source: Arc<Mesh>,
-    hierarchy: Hierarchy,
-    blocks: Vec<Block>,
+    pub(super) hierarchy: Hierarchy,
+    pub(super) blocks: Vec<Block>,
     /// Largest coordinate.
     reach: f64,
 }
@@ -151,7 +152,7 @@ fn shares(first: Vec3, second: Vec3, way: Vec3) -> [f64; 2] {
 /// A ray that looks for its nearest crossing with a mesh.
 pub struct Search<'a> {
     mesh: &'a TriangleMesh,
-    ray: Ray,
+    pub(super) ray: Ray,
     start: Option<Start>,
     pub best: Option<Met>,
 }
@@ -214,19 +215,16 @@ impl Visit for Search<'_> {
         let block = &self.mesh.blocks[first];
         let load = |v: &[f64; 4]| f64x4::from_slice(simd, v);
         let splat = |v: f64| f64x4::splat(simd, v);
-        let [e_x, e_y, e_z] = [load(&block.first[0]), load(&block.first[1]), load(&block.first[2])];
-        let [f_x, f_y, f_z] = [load(&block.second[0]), load(&block.second[1]), load(&block.second[2])];
         let (o, d) = (self.ray.origin, self.ray.direction);
-        let [d_x, d_y, d_z] = [splat(d.x), splat(d.y), splat(d.z)];
-        let t_x = splat(o.x) - load(&block.corner[0]);
-        let t_y = splat(o.y) - load(&block.corner[1]);
-        let t_z = splat(o.z) - load(&block.corner[2]);
-        let (p_x, p_y, p_z) = (d_y * f_z - d_z * f_y, d_z * f_x - d_x * f_z, d_x * f_y - d_y * f_x);
-        let per = splat(1.0) / (e_x * p_x + e_y * p_y + e_z * p_z);
-        let b = (t_x * p_x + t_y * p_y + t_z * p_z) * per;
-        let (q_x, q_y, q_z) = (t_y * e_z - t_z * e_y, t_z * e_x - t_x * e_z, t_x * e_y - t_y * e_x);
-        let c = (d_x * q_x + d_y * q_y + d_z * q_z) * per;
-        let volume = f_x * q_x + f_y * q_y + f_z * q_z;
+        let corner = [load(&block.corner[0]), load(&block.corner[1]), load(&block.corner[2])];
+        let (b, c, volume, per) = crossing(
+            [splat(o.x), splat(o.y), splat(o.z)],
+            [splat(d.x), splat(d.y), splat(d.z)],
+            corner,
+            [load(&block.first[0]), load(&block.first[1]), load(&block.first[2])],
+            [load(&block.second[0]), load(&block.second[1]), load(&block.second[2])],
+            splat(1.0),
+        );
         let distance = volume * per;
         let least = splat(-OVERLAP);
         // False for the no numbers of a triangle that is not there, or that a ray lies in.
@@ -253,6 +251,29 @@ impl Visit for Search<'_> {
         }
         limit
     }
+}
+
+/// Rays against the planes of triangles, side by side: the shares of the second and the third corner there, six times the volume between
+/// origin and triangle, and what makes a distance of it.
+#[inline(always)]
+pub(super) fn crossing<V>(
+    [o_x, o_y, o_z]: [V; 3],
+    [d_x, d_y, d_z]: [V; 3],
+    corner: [V; 3],
+    [e_x, e_y, e_z]: [V; 3],
+    [f_x, f_y, f_z]: [V; 3],
+    one: V,
+) -> (V, V, V, V)
+where
+    V: Copy + Add<Output = V> + Sub<Output = V> + Mul<Output = V> + Div<Output = V>,
+{
+    let (t_x, t_y, t_z) = (o_x - corner[0], o_y - corner[1], o_z - corner[2]);
+    let (p_x, p_y, p_z) = (d_y * f_z - d_z * f_y, d_z * f_x - d_x * f_z, d_x * f_y - d_y * f_x);
+    let per = one / (e_x * p_x + e_y * p_y + e_z * p_z);
+    let b = (t_x * p_x + t_y * p_y + t_z * p_z) * per;
+    let (q_x, q_y, q_z) = (t_y * e_z - t_z * e_y, t_z * e_x - t_x * e_z, t_x * e_y - t_y * e_x);
+    let c = (d_x * q_x + d_y * q_y + d_z * q_z) * per;
+    (b, c, f_x * q_x + f_y * q_y + f_z * q_z, per)
 }
 
 /// The area of a triangle.

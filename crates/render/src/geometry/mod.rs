@@ -4,8 +4,10 @@
 //! A ray that starts on a surface leaves by its part and primitive: no offset, no lost or doubled hits.
 
 mod area;
+mod beam;
 mod bounds;
 mod build;
+mod bundle;
 mod charts;
 mod cylinder;
 mod hierarchy;
@@ -20,7 +22,7 @@ use iridesce_numerics::Vec3;
 
 pub use self::build::{Box32, Item, MOST_LEVELS, Tree};
 pub use self::shape::{Shape, cone_density, cone_direction, frame};
-pub use self::world::Geometry;
+pub use self::world::{Alike, Geometry};
 
 /// A place where a ray meets an object.
 #[derive(Debug, Clone, Copy)]

@@ -7,10 +7,13 @@ use std::ops::Range;
 
 use fearless_simd::{Simd, dispatch};
 
+use iridesce_numerics::Vec3;
+
 use super::Hit;
+use super::bundle;
 use super::hierarchy::Walk;
-use super::mesh;
-use super::parts::{Best, Meeting, Search, Tree};
+use super::mesh::{self, TriangleMesh};
+use super::parts::{Best, Kind, Meeting, Search, Tree};
 use crate::camera::Ray;
 
 /// How many rays are on their way at a time: enough for the waits, few enough that their ways stay in the first cache.
@@ -29,19 +32,73 @@ impl Tree {
         }
     }
 
-    /// The same for rays of which each meets nearly what the one before has met: that is near already.
+    /// The same for rays of which each meets nearly what the one before has met: that is near already. False where they are so far from
+    /// each other, beside what they meet, that it would have been quicker to say so at once (`as_bundle`).
     #[inline(never)]
-    pub fn nearest_each_alike(&self, rays: &[Ray], leaving: Option<&Hit>, hits: &mut [Option<Hit>]) {
+    pub fn nearest_each_alike(
+        &self,
+        rays: &[Ray],
+        leaving: Option<&Hit>,
+        as_bundle: bool,
+        hits: &mut [Option<Hit>],
+    ) -> bool {
         let mut found = [None; MOST];
+        let is_bundle = as_bundle && rays.len() >= bundle::LEAST && leaving.is_none();
+        let mut was_quick = true;
         dispatch!(self.level, simd => {
-            for (ray, found) in rays.iter().zip(&mut found) {
-                let mut search = Search::new(self, ray, leaving);
-                search.run(simd);
-                *found = search.best;
+            if !(is_bundle && {
+                was_quick = self.nearest_of_bundle(simd, rays, &mut found);
+                was_quick
+            }) {
+                for (ray, found) in rays.iter().zip(&mut found) {
+                    let mut search = Search::new(self, ray, leaving);
+                    search.run(simd);
+                    *found = search.best;
+                }
             }
         });
         for ((hit, ray), best) in hits.iter_mut().zip(rays).zip(&found) {
             *hit = best.as_ref().map(|best| self.hit(ray, best));
+        }
+        was_quick
+    }
+
+    /// What each ray of a bundle meets first, where one mesh is all that has an end; false where they are better asked one by one.
+    #[inline(always)]
+    fn nearest_of_bundle<S: Simd>(&self, simd: S, rays: &[Ray], found: &mut [Option<Best>; MOST]) -> bool {
+        let Some((part, mesh)) = self.only_mesh() else { return false };
+        let mut own = [Ray { origin: Vec3::default(), direction: Vec3::default() }; MOST];
+        let (mut limits, mut own_limits) = ([0.0; MOST], [0.0; MOST]);
+        for (number, ray) in rays.iter().enumerate() {
+            let mut search = Search::new(self, ray, None);
+            limits[number] = search.meet_unbounded();
+            found[number] = search.best;
+            let Meeting::Walk(inside, limit) = search.meeting(part, limits[number]) else { return false };
+            (own[number], own_limits[number]) = (inside.ray, limit);
+        }
+        let mut met = [None; MOST];
+        if !mesh.nearest_of_bundle(simd, &own[..rays.len()], &own_limits[..rays.len()], &mut met) {
+            return false;
+        }
+        for (number, ray) in rays.iter().enumerate() {
+            let mut search = Search::new(self, ray, None);
+            search.best = found[number];
+            let met = met[number].map(|met| (met.distance, met.triangle, met.seat));
+            search.take(part, limits[number], met);
+            found[number] = search.best;
+        }
+        true
+    }
+
+    /// The part that is one mesh, if nothing else has an end.
+    #[inline(always)]
+    fn only_mesh(&self) -> Option<(u32, &TriangleMesh)> {
+        if !self.is_single() {
+            return None;
+        }
+        match &self.kinds[self.parts[self.order[0] as usize].kind as usize] {
+            Kind::Mesh(mesh) => Some((self.order[0], mesh)),
+            _ => None,
         }
     }
 }
@@ -262,9 +319,13 @@ mod tests {
             let single: Vec<Option<Hit>> = rays.iter().map(|ray| tree.nearest(ray, leaving.as_ref(), None)).collect();
             for (each, rays) in rays.chunks(MOST).enumerate() {
                 let single = &single[each * MOST..][..rays.len()];
-                for together in [Tree::nearest_each, Tree::nearest_each_alike] {
+                for are_alike in [false, true] {
                     let mut hits = vec![single[0]; rays.len()];
-                    together(tree, rays, leaving.as_ref(), &mut hits);
+                    if are_alike {
+                        tree.nearest_each_alike(rays, leaving.as_ref(), false, &mut hits);
+                    } else {
+                        tree.nearest_each(rays, leaving.as_ref(), &mut hits);
+                    }
                     for (hit, single) in hits.iter().zip(single) {
                         assert_eq!(hit.as_ref().map(key), single.as_ref().map(key));
                     }
@@ -319,5 +380,59 @@ mod tests {
         // None at all.
         let nothing = Tree::new(Vec::new(), Vec::new(), Vec::new());
         assert_eq!(held_against_single_rays(&nothing, &mut noise), 0);
+    }
+
+    /// Rays of a pixel of this width at distance 1, from a point, or side by side.
+    fn bundle(origin: Vec3, towards: Vec3, width: f64, are_parallel: bool, noise: &mut SplitMix64) -> Vec<Ray> {
+        let count = 1 + noise.bits() as usize % MOST;
+        let mut ray = |_| {
+            let aside = Vec3::from([0; 3].map(|_| width * (2.0 * noise.unit() - 1.0)));
+            if are_parallel {
+                return Ray { origin: origin + aside, direction: towards };
+            }
+            Ray { origin, direction: (towards + aside).normalized() }
+        };
+        (0..count).map(&mut ray).collect()
+    }
+
+    /// Holds bundles against single rays; gives how many of them went as bundles and how many did not, and how many rays met something.
+    fn bundles_held_against_single_rays(tree: &Tree, noise: &mut SplitMix64) -> [usize; 3] {
+        let mut told = [0; 3];
+        for number in 0..600 {
+            let mut point = |reach: f64| Vec3::from([0; 3].map(|_| reach * (2.0 * noise.unit() - 1.0)));
+            let origin = point([3.0, 0.5, 1e6, 30.0][number % 4]);
+            let towards = match number % 5 {
+                0 => Vec3::new(0.0, -1.0, 0.0),
+                1 => Vec3::new(0.0, 0.6, 0.8),
+                _ => (point(0.9) - origin).normalized(),
+            };
+            let origin = if number % 5 < 2 { point(0.9) - towards * 3.0 } else { origin };
+            let width = [1e-9, 1e-4, 1e-3, 0.02, 0.3, 3.0][number / 20 % 6];
+            let rays = bundle(origin, towards, width, number % 3 == 0, noise);
+            let mut hits = vec![None; rays.len()];
+            let went = tree.nearest_each_alike(&rays, None, true, &mut hits);
+            told[usize::from(!went)] += 1;
+            for (hit, ray) in hits.iter().zip(&rays) {
+                assert_eq!(hit.as_ref().map(key), tree.nearest(ray, None, None).as_ref().map(key), "{number}");
+                told[2] += usize::from(hit.is_some());
+            }
+        }
+        told
+    }
+
+    #[test]
+    fn bundles_meet_what_their_rays_meet_one_by_one() {
+        let mut noise = SplitMix64::new(12);
+        let part = |object: u32, placement: u32| Part { object, kind: object, instance: 0, placement };
+        let turned = Affine::placed([1.0, 2.0, 0.5], [30.0, 20.0, 0.0], [0.4, 0.1, -0.2]).inverse().unwrap();
+        let plane = Kind::Shape(Shape::new(&SceneShape::Plane { point: [0.0, -1.5, 0.0], normal: [0.0, 1.0, 0.0] }));
+        let few = Tree::new(vec![part(0, STAYS)], vec![mesh(300, 0.4, &mut noise)], Vec::new());
+        let many = Tree::new(vec![part(0, STAYS)], vec![mesh(20_000, 0.03, &mut noise)], Vec::new());
+        let kinds = vec![plane, mesh(2000, 0.1, &mut noise)];
+        let over = Tree::new(vec![part(0, STAYS), part(1, 0)], kinds, vec![turned]);
+        for tree in [few, many, over] {
+            let [bundles, others, hits] = bundles_held_against_single_rays(&tree, &mut noise);
+            assert!(bundles > 200 && others > 30 && hits > 3000, "{bundles} {others} {hits}");
+        }
     }
 }
