@@ -6,6 +6,9 @@ use iridesce_scene::{Camera, Lens, Projection};
 use crate::lights::polarization::{Linear, upright};
 use crate::sampler::Choices;
 
+/// Most rays that are made together, and asked for together what they meet.
+pub const MOST_TOGETHER: usize = 64;
+
 /// A ray; `direction` has length 1.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
@@ -96,11 +99,10 @@ impl RayCamera {
     /// The ray through (`x`, `y`) in pixels, (0, 0) the top left corner of the picture; it passes the middle of the lens.
     #[inline(always)]
     pub fn ray(&self, x: f64, y: f64) -> Ray {
-        let across = self.right * (2.0 * x / self.size[0] - 1.0) + self.up * (1.0 - 2.0 * y / self.size[1]);
         if self.orthographic {
-            Ray { origin: self.position + across, direction: self.forward }
+            Ray { origin: self.position + self.across(x, y), direction: self.forward }
         } else {
-            Ray { origin: self.position, direction: (self.forward + across).normalized() }
+            Ray { origin: self.position, direction: self.central_direction(x, y) }
         }
     }
 
@@ -119,6 +121,60 @@ impl RayCamera {
         let offset = self.along[0] * (radius * cos) + self.along[1] * (radius * sin);
         let to_focus = lens.focus_distance / central.direction.dot(self.forward);
         Ray { origin: central.origin + offset, direction: (central.direction * to_focus - offset).normalized() }
+    }
+
+    /// [`RayCamera::ray_through_lens`] of neighbouring samples of a pixel, [`MOST_TOGETHER`] at most, side by side.
+    #[inline(always)]
+    pub fn rays_through_lens(&self, x: &[f64], y: &[f64], choices: &mut [Choices], rays: &mut Vec<Ray>) {
+        let count = x.len().min(y.len()).min(choices.len()).min(MOST_TOGETHER);
+        if self.orthographic || self.pupil.is_some() {
+            rays.extend((0..count).map(|i| self.ray_through_lens(x[i], y[i], &mut choices[i])));
+            return;
+        }
+        let (mut o, mut d) = ([[0.0; MOST_TOGETHER]; 3], [[0.0; MOST_TOGETHER]; 3]);
+        for i in 0..count {
+            let direction = self.central_direction(x[i], y[i]);
+            (d[0][i], d[1][i], d[2][i]) = (direction.x, direction.y, direction.z);
+        }
+        let Some(lens) = self.lens else {
+            let direction = |i: usize| Vec3::new(d[0][i], d[1][i], d[2][i]);
+            rays.extend((0..count).map(|i| Ray { origin: self.position, direction: direction(i) }));
+            return;
+        };
+        let (mut a, mut b) = ([0.0; MOST_TOGETHER], [0.0; MOST_TOGETHER]);
+        Choices::pair_each(&mut choices[..count], &mut a[..count], &mut b[..count]);
+        for i in 0..count {
+            let (sin, cos) = (std::f64::consts::TAU * b[i]).sin_cos();
+            let radius = lens.aperture_radius * a[i].sqrt();
+            (a[i], b[i]) = (radius * cos, radius * sin);
+        }
+        for i in 0..count {
+            let Ray { origin, direction } = self.aside(&lens, Vec3::new(d[0][i], d[1][i], d[2][i]), [a[i], b[i]]);
+            (o[0][i], o[1][i], o[2][i]) = (origin.x, origin.y, origin.z);
+            (d[0][i], d[1][i], d[2][i]) = (direction.x, direction.y, direction.z);
+        }
+        let at = |rows: &[[f64; MOST_TOGETHER]; 3], i: usize| Vec3::new(rows[0][i], rows[1][i], rows[2][i]);
+        rays.extend((0..count).map(|i| Ray { origin: at(&o, i), direction: at(&d, i) }));
+    }
+
+    /// The ray of a camera with a view angle that passes a place of its lens, of which the central one has a direction.
+    #[inline(always)]
+    fn aside(&self, lens: &Lens, direction: Vec3, [along, up]: [f64; 2]) -> Ray {
+        let offset = self.along[0] * along + self.along[1] * up;
+        let to_focus = lens.focus_distance / direction.dot(self.forward);
+        Ray { origin: self.position + offset, direction: (direction * to_focus - offset).normalized() }
+    }
+
+    /// The direction of [`RayCamera::ray`] of a camera with a view angle.
+    #[inline(always)]
+    fn central_direction(&self, x: f64, y: f64) -> Vec3 {
+        (self.forward + self.across(x, y)).normalized()
+    }
+
+    /// From the middle of the picture plane to a place in the picture.
+    #[inline(always)]
+    fn across(&self, x: f64, y: f64) -> Vec3 {
+        self.right * (2.0 * x / self.size[0] - 1.0) + self.up * (1.0 - 2.0 * y / self.size[1])
     }
 
     /// A ray of a microscope: even over its pupil, where a ray at the angle theta passes at sin(theta) from the middle (Abbe's
@@ -190,6 +246,29 @@ mod tests {
                 widest = widest.max((ray.origin - rays.ray(31.0, 17.0).origin).length_squared().sqrt());
             }
             assert!((0.45..=0.5).contains(&widest), "{widest}");
+        }
+    }
+
+    #[test]
+    fn rays_side_by_side_are_those_one_by_one() {
+        let lens = Some(Lens { aperture_radius: 0.5, focus_distance: 10.0 });
+        let perspective = Projection::Perspective { fov_deg: 35.0 };
+        let flat = |numerical_aperture: f64| Projection::Orthographic { height: 10.0, numerical_aperture };
+        for (projection, lens) in [(perspective, None), (perspective, lens), (flat(0.0), lens), (flat(0.3), None)] {
+            let camera = Camera { lens, target: [1.0, 2.0, 3.0], ..camera(projection) };
+            let (camera, sampler) = (RayCamera::new(&camera, 200, 100), crate::sampler::PixelSampler::new(1, 2));
+            let x: Vec<f64> = (0..50).map(|i| 3.7 * f64::from(i)).collect();
+            let y: Vec<f64> = (0..50).map(|i| 99.0 - 1.3 * f64::from(i)).collect();
+            let mut choices: Vec<Choices> = (7..57).map(|sample| sampler.choices(sample)).collect();
+            let mut rays = Vec::new();
+            camera.rays_through_lens(&x, &y, &mut choices, &mut rays);
+            assert_eq!(rays.len(), 50);
+            for i in 0..50 {
+                let mut own = sampler.choices(7 + i as u32);
+                let ray = camera.ray_through_lens(x[i], y[i], &mut own);
+                assert_eq!((rays[i].origin, rays[i].direction), (ray.origin, ray.direction));
+                assert_eq!(choices[i].pair(), own.pair());
+            }
         }
     }
 

@@ -51,6 +51,12 @@ impl PixelSampler {
         net_point(self.key, sample)
     }
 
+    /// [`PixelSampler::point`] of neighbouring samples, side by side.
+    #[inline(always)]
+    pub fn points(self, first: u32, x: &mut [f64], y: &mut [f64]) {
+        net_points(self.key, first, x, y);
+    }
+
     /// The random numbers of one path: independent of its place in the pixel.
     #[inline(always)]
     pub fn choices(self, sample: u32) -> Choices {
@@ -75,6 +81,14 @@ fn net_point(key: u64, sample: u32) -> (f64, f64) {
     (f64::from(x) * TO_UNIT, f64::from(y) * TO_UNIT)
 }
 
+/// [`net_point`] of neighbouring samples.
+#[inline(always)]
+fn net_points(key: u64, first: u32, x: &mut [f64], y: &mut [f64]) {
+    for ((x, y), sample) in x.iter_mut().zip(y).zip(0..) {
+        (*x, *y) = net_point(key, first.wrapping_add(sample));
+    }
+}
+
 /// Random numbers for the choices along one path: a stream of single ones, and pairs that are stratified over the
 /// samples of the pixel.
 #[derive(Clone)]
@@ -97,8 +111,24 @@ impl Choices {
     #[inline(always)]
     pub fn pairs(&mut self, branches: u32) -> Pairs {
         self.pairs += 1;
-        let key = mix64(self.key ^ self.pairs.wrapping_mul(0xD1B5_4A32_D192_ED03));
-        Pairs { key, first: self.sample.wrapping_mul(branches) }
+        Pairs { key: self.key_of_pairs(), first: self.sample.wrapping_mul(branches) }
+    }
+
+    /// [`Choices::pair`] of neighbouring samples of a pixel that have drawn as many, side by side.
+    #[inline(always)]
+    pub fn pair_each(samples: &mut [Choices], a: &mut [f64], b: &mut [f64]) {
+        for choices in samples.iter_mut() {
+            choices.pairs += 1;
+        }
+        if let Some(first) = samples.first() {
+            net_points(first.key_of_pairs(), first.sample, a, b);
+        }
+    }
+
+    /// The key of the net of the pairs that were drawn last.
+    #[inline(always)]
+    fn key_of_pairs(&self) -> u64 {
+        mix64(self.key ^ self.pairs.wrapping_mul(0xD1B5_4A32_D192_ED03))
     }
 
     /// Uniform in [0, 1).
@@ -199,6 +229,20 @@ mod tests {
         let expected = pixels as f64 / 64.0;
         let chi: f64 = count.iter().map(|&c| (f64::from(c) - expected).powi(2) / expected).sum();
         assert!(chi < 103.4, "chi-square {chi}");
+    }
+
+    #[test]
+    fn points_side_by_side_are_those_one_by_one() {
+        let sampler = PixelSampler::new(5, 77);
+        let (mut x, mut y) = ([0.0; 40], [0.0; 40]);
+        sampler.points(9, &mut x, &mut y);
+        assert!((0..40).all(|i| (x[i], y[i]) == sampler.point(9 + i as u32)));
+        let mut all: Vec<Choices> = (9..49).map(|sample| sampler.choices(sample)).collect();
+        let mut one_by_one = all.clone();
+        for _ in 0..3 {
+            Choices::pair_each(&mut all, &mut x, &mut y);
+            assert!((0..40).all(|i| (x[i], y[i]) == one_by_one[i].pair()));
+        }
     }
 
     #[test]

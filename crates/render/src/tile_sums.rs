@@ -5,10 +5,10 @@ use std::ops::Range;
 use fearless_simd::{Level, Simd};
 use iridesce_numerics::Watch;
 
-use crate::camera::Ray;
+use crate::camera::{MOST_TOGETHER, Ray};
 use crate::failure::{describe, prepared_level};
 use crate::framebuffer::{RenderError, TilePlanes};
-use crate::geometry::{Alike, Hit};
+use crate::geometry::{Best, PartTree};
 use crate::integrator::{Finished, GROUP, Tracer};
 use crate::prepare::Prepared;
 use crate::refraction::shown;
@@ -82,11 +82,11 @@ impl TileSums {
         watch: &Watch,
     ) -> Result<(), RenderError> {
         let (first, whole) = (self.samples, (samples / size) as usize);
-        let has_tree = scene.geometry.has_tree();
         let mut batches = vec![vec![0.0_f32; tile.pixels()]; whole];
         // One tracer a level of spectra; most tiles need the first only.
         let mut tracers: Vec<Option<Tracer<'_>>> = scene.levels.iter().map(|_| None).collect();
-        let mut ahead = CameraRays::new(scene, tile, first..first + samples);
+        let tree = scene.geometry.tree();
+        let mut ahead = tree.map(|tree| CameraRays::new(scene, tree, tile, first..first + samples));
         for (pixel, sums) in self.sums.chunks_exact_mut(self.a_pixel).enumerate() {
             let rays = PixelRays::new(scene, tile, pixel);
             // A pixel that shows finer fringes than its spectra resolve starts again with finer ones.
@@ -102,9 +102,12 @@ impl TileSums {
                     let is_shared = scene.is_sparse && sample - sample % GROUP + GROUP <= samples;
                     tracer.begin_sample(is_shared.then_some(sample % GROUP == 0));
                     let (ray, hit, mut choices);
-                    if has_tree {
-                        let at = ahead.place_of(pixel, first + sample);
-                        (ray, hit, choices) = (ahead.rays[at], ahead.hits[at], ahead.choices[at].clone());
+                    if let Some(ahead) = &mut ahead {
+                        let at = ahead.place_of(simd, pixel, first + sample);
+                        let found = ahead.found[at].as_ref();
+                        ray = ahead.rays[at];
+                        hit = found.map(|best| ahead.tree.hit(&ray, best));
+                        choices = ahead.choices[at].clone();
                     } else {
                         (ray, choices) = rays.of(scene, first + sample);
                         hit = scene.geometry.nearest(&ray, None);
@@ -328,70 +331,82 @@ impl PixelRays {
 /// Camera rays whose hits are found together, ahead of the paths that begin with them: those of the samples of a tile, pixel after pixel.
 struct CameraRays<'a> {
     scene: &'a Prepared,
+    tree: &'a PartTree,
     tile: Rect,
     samples: Range<u32>,
     /// The first of those that are known, counted over the tile.
     first: usize,
     rays: Vec<Ray>,
     choices: Vec<Choices>,
-    hits: Vec<Option<Hit>>,
+    found: [Option<Best>; MOST_TOGETHER],
     /// So many pixels are not tried as bundles.
     loose: u32,
 }
 
 impl<'a> CameraRays<'a> {
-    /// How many are found at a time.
-    const TOGETHER: usize = 64;
     /// Pixels after one that shows too much for a bundle which most probably do, too.
     const LOOSE: u32 = 7;
 
-    fn new(scene: &'a Prepared, tile: Rect, samples: Range<u32>) -> CameraRays<'a> {
-        CameraRays { scene, tile, samples, first: 0, rays: Vec::new(), choices: Vec::new(), hits: Vec::new(), loose: 0 }
+    fn new(scene: &'a Prepared, tree: &'a PartTree, tile: Rect, samples: Range<u32>) -> CameraRays<'a> {
+        let found = [None; MOST_TOGETHER];
+        CameraRays { scene, tree, tile, samples, first: 0, rays: Vec::new(), choices: Vec::new(), found, loose: 0 }
     }
 
     /// Where the ray of a sample of a pixel stands in the lists, together with what it meets.
     #[inline(always)]
-    fn place_of(&mut self, pixel: usize, sample: u32) -> usize {
+    fn place_of<S: Simd>(&mut self, simd: S, pixel: usize, sample: u32) -> usize {
         let number = pixel * self.samples.len() + (sample - self.samples.start) as usize;
         if number < self.first || number >= self.first + self.rays.len() {
-            self.find(number);
+            self.find(simd, number);
         }
         number - self.first
     }
 
     /// Finds what the rays from one on meet.
     #[inline(never)]
-    fn find(&mut self, number: usize) {
+    fn find<S: Simd>(&mut self, simd: S, number: usize) {
         let a_pixel = self.samples.len();
-        let last = (number + Self::TOGETHER).min(self.tile.pixels() * a_pixel);
+        let last = (number + MOST_TOGETHER).min(self.tile.pixels() * a_pixel);
         self.first = number;
         self.rays.clear();
         self.choices.clear();
+        let has_lens = self.scene.camera.has_lens();
         let mut at = number;
         while at < last {
-            let rays = PixelRays::new(self.scene, self.tile, at / a_pixel);
             let end = last.min(at - at % a_pixel + a_pixel);
-            for number in at..end {
-                let (ray, choices) = rays.of(self.scene, self.samples.start + (number % a_pixel) as u32);
-                self.rays.push(ray);
-                self.choices.push(choices);
+            simd.vectorize(
+                #[inline(always)]
+                || self.draw(at..end),
+            );
+            if !has_lens {
+                let own = at - number..end - number;
+                let is_bundle = self.loose == 0;
+                let (rays, found) = (&self.rays[own.clone()], &mut self.found[own]);
+                let was_quick = self.tree.nearest_each_alike(rays, None, is_bundle, found);
+                self.loose = if was_quick { self.loose.saturating_sub(1) } else { Self::LOOSE };
             }
             at = end;
         }
-        self.hits.resize(self.rays.len(), None);
-        let geometry = &self.scene.geometry;
-        if self.scene.camera.has_lens() {
-            geometry.nearest_each(&self.rays, None, Alike::No, &mut self.hits);
-            return;
+        if has_lens {
+            self.tree.nearest_each(&self.rays, None, &mut self.found);
         }
-        let mut start = 0;
-        while start < self.rays.len() {
-            let end = self.rays.len().min(start + a_pixel - (number + start) % a_pixel);
-            let are = if self.loose == 0 { Alike::Bundle } else { Alike::Neighbours };
-            let was_so = geometry.nearest_each(&self.rays[start..end], None, are, &mut self.hits[start..end]);
-            self.loose = if was_so { self.loose.saturating_sub(1) } else { Self::LOOSE };
-            start = end;
+    }
+
+    /// Adds the rays of some samples of a pixel.
+    #[inline(always)]
+    fn draw(&mut self, numbers: Range<usize>) {
+        let a_pixel = self.samples.len();
+        let pixel = PixelRays::new(self.scene, self.tile, numbers.start / a_pixel);
+        let first = self.samples.start + (numbers.start % a_pixel) as u32;
+        let (mut x, mut y) = ([0.0; MOST_TOGETHER], [0.0; MOST_TOGETHER]);
+        let (x, y) = (&mut x[..numbers.len()], &mut y[..numbers.len()]);
+        pixel.sampler.points(first, x, y);
+        for (x, y) in x.iter_mut().zip(&mut *y) {
+            (*x, *y) = (pixel.x + *x, pixel.y + *y);
         }
+        let known = self.choices.len();
+        self.choices.extend((first..).take(numbers.len()).map(|sample| pixel.sampler.choices(sample)));
+        self.scene.camera.rays_through_lens(x, y, &mut self.choices[known..], &mut self.rays);
     }
 }
 

@@ -7,15 +7,14 @@ use super::beam::Beam;
 use super::build::LEAF;
 use super::hierarchy::Walk;
 use super::mesh::{Met, OVERLAP, TriangleMesh, crossing};
-use super::ring::MOST;
-use crate::camera::Ray;
+use crate::camera::{MOST_TOGETHER, Ray};
 
 /// Fewer rays are as quick one by one.
 pub const LEAST: usize = 8;
 /// A bundle that has met so many leaves is wide beside the triangles: its rays are quicker one by one.
 const MOST_LEAVES: u32 = 16;
 
-const GROUPS: usize = MOST / DOUBLES;
+const GROUPS: usize = MOST_TOGETHER / DOUBLES;
 
 /// Rays side by side that look for their nearest crossings with a mesh.
 struct Bundle {
@@ -33,7 +32,7 @@ impl TriangleMesh {
         simd: S,
         rays: &[Ray],
         limits: &[f64],
-        best: &mut [Option<Met>; MOST],
+        best: &mut [Option<Met>; MOST_TOGETHER],
     ) -> bool {
         let Some(beam) = self.hierarchy.beam(rays) else { return false };
         let mut bundle = Bundle::new(rays, limits);
@@ -95,7 +94,7 @@ impl Bundle {
         mesh: &TriangleMesh,
         leaf: usize,
         groups: usize,
-        best: &mut [Option<Met>; MOST],
+        best: &mut [Option<Met>; MOST_TOGETHER],
     ) -> bool {
         let block = &mesh.blocks[leaf];
         let splat = |value: f64| f64x8::splat(simd, value);

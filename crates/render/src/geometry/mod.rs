@@ -21,8 +21,9 @@ mod world;
 use iridesce_numerics::Vec3;
 
 pub use self::build::{Box32, Item, MOST_LEVELS, Tree};
+pub use self::parts::{Best, Tree as PartTree};
 pub use self::shape::{Shape, cone_density, cone_direction, frame};
-pub use self::world::{Alike, Geometry};
+pub use self::world::Geometry;
 
 /// A place where a ray meets an object.
 #[derive(Debug, Clone, Copy)]

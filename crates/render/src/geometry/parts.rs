@@ -197,7 +197,7 @@ impl Tree {
     }
 
     /// The hit that a search has found.
-    pub(super) fn hit(&self, ray: &Ray, best: &Best) -> Hit {
+    pub fn hit(&self, ray: &Ray, best: &Best) -> Hit {
         let part = &self.parts[best.part as usize];
         let to_object = self.to_object.get(part.placement as usize);
         let (own, distance) = match to_object {

@@ -14,22 +14,17 @@ use super::bundle;
 use super::hierarchy::Walk;
 use super::mesh::{self, TriangleMesh};
 use super::parts::{Best, Kind, Meeting, Search, Tree};
-use crate::camera::Ray;
+use crate::camera::{MOST_TOGETHER, Ray};
 
 /// How many rays are on their way at a time: enough for the waits, few enough that their ways stay in the first cache.
 const RING: usize = 16;
-/// Most rays that are asked for together.
-pub const MOST: usize = 64;
 
 impl Tree {
-    /// What each of some rays, [`MOST`] at most, meets first; `leaving` is where all of them start, if that is on a surface.
+    /// What each of some rays, [`MOST_TOGETHER`] at most, meets first; `leaving` is where all of them start, if that is on a surface.
     #[inline(never)]
-    pub fn nearest_each(&self, rays: &[Ray], leaving: Option<&Hit>, hits: &mut [Option<Hit>]) {
-        let mut found = [None; MOST];
-        dispatch!(self.level, simd => run(simd, self, rays, leaving, &mut found));
-        for ((hit, ray), best) in hits.iter_mut().zip(rays).zip(&found) {
-            *hit = best.as_ref().map(|best| self.hit(ray, best));
-        }
+    pub fn nearest_each(&self, rays: &[Ray], leaving: Option<&Hit>, found: &mut [Option<Best>]) {
+        found.fill(None);
+        dispatch!(self.level, simd => run(simd, self, rays, leaving, found));
     }
 
     /// The same for rays of which each meets nearly what the one before has met: that is near already. False where they are so far from
@@ -40,35 +35,31 @@ impl Tree {
         rays: &[Ray],
         leaving: Option<&Hit>,
         as_bundle: bool,
-        hits: &mut [Option<Hit>],
+        found: &mut [Option<Best>],
     ) -> bool {
-        let mut found = [None; MOST];
         let is_bundle = as_bundle && rays.len() >= bundle::LEAST && leaving.is_none();
         let mut was_quick = true;
         dispatch!(self.level, simd => {
-            if !(is_bundle && {
-                was_quick = self.nearest_of_bundle(simd, rays, &mut found);
-                was_quick
-            }) {
-                for (ray, found) in rays.iter().zip(&mut found) {
+            if is_bundle {
+                was_quick = self.nearest_of_bundle(simd, rays, found);
+            }
+            if !(is_bundle && was_quick) {
+                for (ray, found) in rays.iter().zip(found) {
                     let mut search = Search::new(self, ray, leaving);
                     search.run(simd);
                     *found = search.best;
                 }
             }
         });
-        for ((hit, ray), best) in hits.iter_mut().zip(rays).zip(&found) {
-            *hit = best.as_ref().map(|best| self.hit(ray, best));
-        }
         was_quick
     }
 
     /// What each ray of a bundle meets first, where one mesh is all that has an end; false where they are better asked one by one.
     #[inline(always)]
-    fn nearest_of_bundle<S: Simd>(&self, simd: S, rays: &[Ray], found: &mut [Option<Best>; MOST]) -> bool {
+    fn nearest_of_bundle<S: Simd>(&self, simd: S, rays: &[Ray], found: &mut [Option<Best>]) -> bool {
         let Some((part, mesh)) = self.only_mesh() else { return false };
-        let mut own = [Ray { origin: Vec3::default(), direction: Vec3::default() }; MOST];
-        let (mut limits, mut own_limits) = ([0.0; MOST], [0.0; MOST]);
+        let mut own = [Ray { origin: Vec3::default(), direction: Vec3::default() }; MOST_TOGETHER];
+        let (mut limits, mut own_limits) = ([0.0; MOST_TOGETHER], [0.0; MOST_TOGETHER]);
         for (number, ray) in rays.iter().enumerate() {
             let mut search = Search::new(self, ray, None);
             limits[number] = search.meet_unbounded();
@@ -76,7 +67,7 @@ impl Tree {
             let Meeting::Walk(inside, limit) = search.meeting(part, limits[number]) else { return false };
             (own[number], own_limits[number]) = (inside.ray, limit);
         }
-        let mut met = [None; MOST];
+        let mut met = [None; MOST_TOGETHER];
         if !mesh.nearest_of_bundle(simd, &own[..rays.len()], &own_limits[..rays.len()], &mut met) {
             return false;
         }
@@ -125,7 +116,7 @@ impl<'a> Flight<'a> {
         &mut self,
         waiting: &mut impl Iterator<Item = (usize, &'a Ray)>,
         leaving: Option<&'a Hit>,
-        found: &mut [Option<Best>; MOST],
+        found: &mut [Option<Best>],
     ) -> bool {
         let tree = self.search.tree;
         for (number, ray) in waiting.by_ref() {
@@ -211,13 +202,7 @@ impl<'a> Flight<'a> {
 }
 
 #[inline(always)]
-fn run<'a, S: Simd>(
-    simd: S,
-    tree: &'a Tree,
-    rays: &'a [Ray],
-    leaving: Option<&'a Hit>,
-    found: &mut [Option<Best>; MOST],
-) {
+fn run<'a, S: Simd>(simd: S, tree: &'a Tree, rays: &'a [Ray], leaving: Option<&'a Hit>, found: &mut [Option<Best>]) {
     let Some(any) = rays.first() else { return };
     let mut flights: [Flight<'a>; RING] = std::array::from_fn(|_| Flight {
         number: 0,
@@ -317,16 +302,17 @@ mod tests {
                 rays.iter_mut().for_each(|ray| ray.origin = hit.point);
             }
             let single: Vec<Option<Hit>> = rays.iter().map(|ray| tree.nearest(ray, leaving.as_ref(), None)).collect();
-            for (each, rays) in rays.chunks(MOST).enumerate() {
-                let single = &single[each * MOST..][..rays.len()];
+            for (each, rays) in rays.chunks(MOST_TOGETHER).enumerate() {
+                let single = &single[each * MOST_TOGETHER..][..rays.len()];
                 for are_alike in [false, true] {
-                    let mut hits = vec![single[0]; rays.len()];
+                    let mut found = [None; MOST_TOGETHER];
                     if are_alike {
-                        tree.nearest_each_alike(rays, leaving.as_ref(), false, &mut hits);
+                        tree.nearest_each_alike(rays, leaving.as_ref(), false, &mut found);
                     } else {
-                        tree.nearest_each(rays, leaving.as_ref(), &mut hits);
+                        tree.nearest_each(rays, leaving.as_ref(), &mut found);
                     }
-                    for (hit, single) in hits.iter().zip(single) {
+                    for ((found, ray), single) in found.iter().zip(rays).zip(single) {
+                        let hit = found.as_ref().map(|best| tree.hit(ray, best));
                         assert_eq!(hit.as_ref().map(key), single.as_ref().map(key));
                     }
                 }
@@ -384,7 +370,7 @@ mod tests {
 
     /// Rays of a pixel of this width at distance 1, from a point, or side by side.
     fn bundle(origin: Vec3, towards: Vec3, width: f64, are_parallel: bool, noise: &mut SplitMix64) -> Vec<Ray> {
-        let count = 1 + noise.bits() as usize % MOST;
+        let count = 1 + noise.bits() as usize % MOST_TOGETHER;
         let mut ray = |_| {
             let aside = Vec3::from([0; 3].map(|_| width * (2.0 * noise.unit() - 1.0)));
             if are_parallel {
@@ -409,10 +395,11 @@ mod tests {
             let origin = if number % 5 < 2 { point(0.9) - towards * 3.0 } else { origin };
             let width = [1e-9, 1e-4, 1e-3, 0.02, 0.3, 3.0][number / 20 % 6];
             let rays = bundle(origin, towards, width, number % 3 == 0, noise);
-            let mut hits = vec![None; rays.len()];
-            let went = tree.nearest_each_alike(&rays, None, true, &mut hits);
+            let mut found = [None; MOST_TOGETHER];
+            let went = tree.nearest_each_alike(&rays, None, true, &mut found);
             told[usize::from(!went)] += 1;
-            for (hit, ray) in hits.iter().zip(&rays) {
+            for (found, ray) in found.iter().zip(&rays) {
+                let hit = found.as_ref().map(|best| tree.hit(ray, best));
                 assert_eq!(hit.as_ref().map(key), tree.nearest(ray, None, None).as_ref().map(key), "{number}");
                 told[2] += usize::from(hit.is_some());
             }

@@ -7,22 +7,11 @@ use super::area::AreaSampler;
 use super::bounds::Bounds;
 use super::charts::Charts;
 use super::parts::{Kind, Tree, placed};
-use super::{Hit, Interaction, Shape, ring};
+use super::{Hit, Interaction, Shape};
 use crate::camera::Ray;
 
 /// So many shapes are asked one after the other; more of them stand in a hierarchy. (Eleven in a room: 5 % faster than by their boxes.)
 const FEW: usize = 16;
-
-/// How much rays have in common.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Alike {
-    /// Nothing.
-    No,
-    /// Each goes nearly where the one before has gone.
-    Neighbours,
-    /// They are so close together that most of them meet the same few triangles.
-    Bundle,
-}
 
 /// All that rays can meet.
 pub struct Geometry {
@@ -98,30 +87,10 @@ impl Geometry {
         self.nearest_of_few(ray, leaving.map(|hit| hit.part), |_| true)
     }
 
-    /// Whether rays take walks, which are quicker together ([`Geometry::nearest_each`]).
+    /// What rays walk through, which are quicker together, if there is any such.
     #[inline(always)]
-    pub fn has_tree(&self) -> bool {
-        self.tree.is_some()
-    }
-
-    /// [`Geometry::nearest`] of each of some rays, all of which start at the same place if that is on a surface. What is known of them
-    /// changes how long it takes, and nothing else; what comes out is whether they were as alike as was said.
-    pub fn nearest_each(&self, rays: &[Ray], leaving: Option<&Hit>, are: Alike, hits: &mut [Option<Hit>]) -> bool {
-        let Some(tree) = &self.tree else {
-            for (hit, ray) in hits.iter_mut().zip(rays) {
-                *hit = self.nearest(ray, leaving);
-            }
-            return true;
-        };
-        let mut was_so = true;
-        for (rays, hits) in rays.chunks(ring::MOST).zip(hits.chunks_mut(ring::MOST)) {
-            match are {
-                Alike::No => tree.nearest_each(rays, leaving, hits),
-                Alike::Neighbours => _ = tree.nearest_each_alike(rays, leaving, false, hits),
-                Alike::Bundle => was_so &= tree.nearest_each_alike(rays, leaving, true, hits),
-            }
-        }
-        was_so
+    pub fn tree(&self) -> Option<&Tree> {
+        self.tree.as_ref()
     }
 
     /// [`Geometry::nearest`] among some of the objects only.
