@@ -106,11 +106,17 @@ impl TileSums {
                         let at = ahead.place_of(simd, pixel, first + sample);
                         let found = ahead.found[at].as_ref();
                         ray = ahead.rays[at];
+                        if found.is_some_and(|best| tracer.sees_emitter(simd, &ray, ahead.tree.object(best))) {
+                            continue;
+                        }
                         hit = found.map(|best| ahead.tree.hit(&ray, best));
                         choices = ahead.choices[at].clone();
                     } else {
                         (ray, choices) = rays.of(scene, first + sample);
                         hit = scene.geometry.nearest(&ray, None);
+                        if hit.as_ref().is_some_and(|hit| tracer.sees_emitter(simd, &ray, hit.object)) {
+                            continue;
+                        }
                     }
                     if !tracer.trace(simd, ray, hit, &mut choices) {
                         break;

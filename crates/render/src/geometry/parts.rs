@@ -196,6 +196,12 @@ impl Tree {
         self.order.len() == 1
     }
 
+    /// The object of what a search has found.
+    #[inline(always)]
+    pub fn object(&self, best: &Best) -> usize {
+        self.parts[best.part as usize].object as usize
+    }
+
     /// The hit that a search has found.
     pub fn hit(&self, ray: &Ray, best: &Best) -> Hit {
         let part = &self.parts[best.part as usize];

@@ -116,6 +116,8 @@ pub struct Tracer<'a> {
     /// Weights of the nodes at the place in the spectrum that was chosen at the hit under work.
     thinned: Vec<Lanes>,
     caustics: Memory,
+    /// X, Y, Z of each emitter that nothing lies before, once one is seen.
+    emission: Vec<Option<[f64; 3]>>,
 }
 
 impl<'a> Tracer<'a> {
@@ -148,6 +150,7 @@ impl<'a> Tracer<'a> {
             expected: Vec::new(),
             thinned: Vec::new(),
             caustics: Memory::new(slots),
+            emission: vec![None; spectra.lights.area_lights.len()],
         }
     }
 
@@ -211,6 +214,46 @@ impl<'a> Tracer<'a> {
         if let Some(extras) = &mut self.extras {
             extras.take(into);
         }
+    }
+
+    /// Adds what arrives along a ray from the camera that meets an emitter first, where that is the same for all rays; false where it
+    /// may not be: [`Tracer::trace`] tells.
+    #[inline(always)]
+    pub fn sees_emitter<S: Simd>(&mut self, simd: S, ray: &Ray, object: usize) -> bool {
+        let scene = self.scene;
+        let Some(Material::Emitter(emitter)) = scene.materials.get(object) else { return false };
+        if self.extras.is_some()
+            || scene.has_priorities
+            || scene.camera.polarizer(ray.direction).is_some()
+            || self.is_dark(scene.enclosing_media(ray))
+        {
+            return false;
+        }
+        let xyz = match self.emission[*emitter] {
+            Some(known) => known,
+            None => simd.vectorize(
+                #[inline(always)]
+                || self.emission_of(simd, *emitter),
+            ),
+        };
+        self.has_met_surface = true;
+        for (total, part) in self.batches[self.batch].iter_mut().zip(xyz) {
+            *total += part;
+        }
+        true
+    }
+
+    /// X, Y, Z of an emitter that nothing lies before.
+    #[inline(always)]
+    fn emission_of<S: Simd>(&mut self, simd: S, emitter: usize) -> [f64; 3] {
+        let mut sums = [f32x16::splat(simd, 0.0); 3];
+        for block in 0..self.blocks {
+            sums = self.spectra.lights.add_emission(simd, emitter, block, f32x16::splat(simd, 2.0), sums);
+        }
+        let [x, y, z] = sums;
+        let xyz = [f64::from(x.reduce_sum()), f64::from(y.reduce_sum()), f64::from(z.reduce_sum())];
+        self.emission[emitter] = Some(xyz);
+        xyz
     }
 
     /// Adds what arrives at the camera along a ray, of which it is known what it meets first; false once the pixel cannot be finished.

@@ -185,3 +185,50 @@ fn caustics_are_looked_for_where_they_may_be() {
         !looks(&[ball, &small], dark) && !looks(&[black, ball, &small], dark) && !looks(&[floor, rough, &small], dark)
     );
 }
+
+/// What is known ahead of an emitter is what a path to it finds, to the last bit; where a path would find something else, it is not told.
+#[test]
+fn emitters_seen_straight_are_what_paths_find() {
+    #[inline(always)]
+    fn run<S: Simd>(simd: S, prepared: &Prepared) -> (bool, [[f64; 4]; 2]) {
+        let ray = prepared.camera.ray(40.0, 30.0);
+        let hit = prepared.geometry.nearest(&ray, None).unwrap();
+        let [mut known, mut traced] = [(); 2].map(|()| Tracer::new(prepared, 0));
+        let mut is_known = true;
+        for sample in 0..3 {
+            is_known &= known.sees_emitter(simd, &ray, hit.object);
+            let mut choices = crate::sampler::PixelSampler::new(1, 1).choices(sample);
+            assert!(traced.trace(simd, ray, Some(hit), &mut choices));
+        }
+        assert!(traced.has_met_surface() && known.has_met_surface() == is_known);
+        (is_known, [known.take_batch(0), traced.take_batch(0)])
+    }
+    let seen = |camera: &str, more: &str, options: RenderOptions| {
+        let text = format!(
+            "version = 1\n[camera]\nresolution = [80, 60]\n{camera}\n[[object]]\nshape = {{ sphere = {{ radius = 1.0 }} }}\n\
+             surface = {{ emitter = {{ illuminant = \"A\", radiance = 1.7 }} }}\n\
+             [[light]]\nenvironment = {{ illuminant = \"E\", radiance = 0.0 }}\n{more}"
+        );
+        let recipe = Scene::from_toml(&text, Origin::default()).unwrap();
+        let scene = resolve(&recipe, &Context::default(), &Watch::new()).unwrap();
+        let prepared = Prepared::new(&scene, &options).unwrap();
+        at_level!(Level::new(), simd => run(simd, &prepared))
+    };
+    let lens = "aperture_radius = 0.1\nfocus_distance = 4.0";
+    for camera in ["", lens] {
+        let (is_known, [known, traced]) = seen(camera, "", RenderOptions::default());
+        assert!(is_known && traced[1] > 1.0);
+        assert_eq!(known, traced);
+    }
+    let smoke =
+        "[[object]]\nshape = { sphere = { radius = 100.0 } }\nsurface = { dielectric = { medium = [1.0, 1e-10] } }\n";
+    let stokes = RenderOptions { stokes: true, ..RenderOptions::default() };
+    for (camera, more, options) in [
+        ("polarizer_deg = 30.0", "", RenderOptions::default()),
+        ("", smoke, RenderOptions::default()),
+        ("", "", stokes),
+    ] {
+        let (is_known, [known, traced]) = seen(camera, more, options);
+        assert!(!is_known && known == [0.0; 4] && traced[1] > 0.0);
+    }
+}
