@@ -300,3 +300,23 @@ def test_a_bright_patch_of_a_map_is_looked_for(surface, tmp_path, monkeypatch):
     camera = {"position": [0.0, 0.0, 4.0], "orthographic_height": 1e-3, "resolution": [32, 32]}
     y = shot(camera, [floor], [{"environment": {"map": "window.exr"}}], samples=4)[..., 1]
     assert y.std() < 0.5 * y.mean()
+
+
+# ---- fringes finer than the lobe --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("thickness", [3000.0, 10000.0])
+def test_many_fringes_in_a_lobe_make_no_noise_of_colour(thickness):
+    """Facets are drawn one by one. Where the lobe spans many fringes the spectrum of each spans them, too: under continuous light
+    all of X, Y and Z are then as noisy as brightness alone is, and (Y over X, Z over X) what is left is little. At 300 nm, where
+    fringes are as wide as the lobe, facets have colours."""
+
+    def noise_of_colour(thickness: float) -> float:
+        ball = sphere([0.0] * 3, 1.0, rough(coating([(1.5, thickness)], "Si"), 0.5))
+        camera = view([0.0, 0.0, 4.0], [0.0] * 3, (32, 32), orthographic_height=1.6)
+        xyz = np.array([shot(camera, [ball], [lit("E", 1.0)], 8, seed) for seed in range(1, 7)])
+        seen = xyz[..., 1].min(0) > 0.0
+        ratios = xyz[:, seen][..., [0, 2]] / xyz[:, seen][..., 1:2]
+        return float((ratios.var(0, ddof=1) / ratios.mean(0) ** 2).mean())
+
+    assert noise_of_colour(thickness) < 0.02 * noise_of_colour(300.0)
