@@ -4,8 +4,9 @@ usage: geometry.py [--threads N] [--repeats N] [--size N] [mesh | spheres | inst
 
 mesh       Mrays/s on a bumpy sphere of 1.0 million triangles, coherent (one view) and incoherent (a lens three
            times as wide as the sphere: neighbouring rays share neither origin nor direction). Ours are samples of a whole render
-           of an emitter, with camera, normals, spectra and framebuffer; beside them those of one plain sphere. `embreex`, where
-           it is installed, tells the nearest hit of rays of that kind and no more.
+           of an emitter, with camera and framebuffer, but without what an emitter does not ask: places, normals, spectra by
+           sample; beside them those of one plain sphere. `embreex`, where it is installed, tells the nearest hit of rays of
+           that kind and no more.
 spheres    time of a camera sample through 10^3, 10^4 and 10^5 spheres that cover the same area
 instances  the same and the memory of 10^6 instances of a mesh of 80 triangles
 memory     peak memory of a render of the mesh, above that of a render of one sphere
