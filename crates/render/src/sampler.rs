@@ -8,6 +8,8 @@
 
 use iridesce_numerics::noise::{SplitMix64, mix64};
 
+const TO_UNIT: f64 = 1.0 / 4_294_967_296.0;
+
 /// A permutation of the bit-reversed integers in which every bit depends on lower bits only:
 /// between two bit reversals it is an Owen scramble.
 #[inline(always)]
@@ -31,6 +33,29 @@ fn sobol_second_reversed(mut index: u32) -> u32 {
     index ^= (index & 0xF0F0_F0F0) >> 4;
     index ^= (index & 0xFF00_FF00) >> 8;
     index ^ index >> 16
+}
+
+/// Third dimension, its bits in the other order: that of the polynomial x^2 + x + 1.
+#[inline(always)]
+fn sobol_third_reversed(mut index: u32) -> u32 {
+    const DIRECTIONS: [u32; 32] = third_directions();
+    let mut reversed = 0;
+    while index != 0 {
+        reversed ^= DIRECTIONS[index.trailing_zeros() as usize];
+        index &= index - 1;
+    }
+    reversed
+}
+
+/// Its direction numbers, m_k / 2^(k + 1), their bits in the other order: m_k = 2 m_(k-1) ^ 4 m_(k-2) ^ m_(k-2), beginning with 1 and 3.
+const fn third_directions() -> [u32; 32] {
+    let (mut all, mut m, mut next, mut k) = ([0; 32], 1_u64, 3_u64, 0);
+    while k < 32 {
+        all[k] = ((m << (31 - k)) as u32).reverse_bits();
+        (m, next) = (next, (2 * next) ^ (4 * m) ^ m);
+        k += 1;
+    }
+    all
 }
 
 /// The points of one pixel.
@@ -63,18 +88,23 @@ impl PixelSampler {
         Choices {
             key: self.key,
             sample,
+            third: 0,
             pairs: 0,
             random: SplitMix64::new(mix64(self.key ^ (u64::from(sample) << 32 | 0x5EED))).skip(),
         }
     }
 }
 
+/// The order of the points is scrambled by blocks, so that the first 2^k samples of any pixel are a whole net.
+#[inline(always)]
+fn shuffled(key: u64, sample: u32) -> u32 {
+    laine_karras(sample.reverse_bits(), key as u32).reverse_bits()
+}
+
 /// Point `sample` of the scrambled net that belongs to a key.
 #[inline(always)]
 fn net_point(key: u64, sample: u32) -> (f64, f64) {
-    const TO_UNIT: f64 = 1.0 / 4_294_967_296.0;
-    // The order of the points is scrambled by blocks, so that the first 2^k samples of any pixel are a whole net.
-    let shuffled = laine_karras(sample.reverse_bits(), key as u32).reverse_bits();
+    let shuffled = shuffled(key, sample);
     let keys = mix64(key);
     let x = laine_karras(shuffled, keys as u32).reverse_bits();
     let y = laine_karras(sobol_second_reversed(shuffled), (keys >> 32) as u32).reverse_bits();
@@ -89,12 +119,14 @@ fn net_points(key: u64, first: u32, x: &mut [f64], y: &mut [f64]) {
     }
 }
 
-/// Random numbers for the choices along one path: a stream of single ones, and pairs that are stratified over the
-/// samples of the pixel.
+/// Random numbers for the choices along one path: a stream of single ones, and pairs and numbers by name that are stratified over
+/// the samples of the pixel.
 #[derive(Clone)]
 pub struct Choices {
     key: u64,
     sample: u32,
+    /// The third coordinate of the sample's place in the pixel, its bits in the other order, before it is scrambled; 0 until it is asked for.
+    third: u32,
     /// Pairs drawn so far.
     pairs: u64,
     random: SplitMix64,
@@ -129,6 +161,19 @@ impl Choices {
     #[inline(always)]
     fn key_of_pairs(&self) -> u64 {
         mix64(self.key ^ self.pairs.wrapping_mul(0xD1B5_4A32_D192_ED03))
+    }
+
+    /// Uniform in [0, 1), for the choice of this name. What all samples of a pixel draw by one name lies evenly, and so do the places
+    /// in the pixel of those that draw nearly the same: they are three dimensions of one sequence.
+    #[inline(always)]
+    pub fn even(&mut self, name: u32) -> f64 {
+        if self.third == 0 {
+            self.third = sobol_third_reversed(shuffled(self.key, self.sample));
+        }
+        let key = mix64(self.key ^ mix64(name.into()));
+        let even = laine_karras(self.third, (key >> 32) as u32).reverse_bits();
+        // What follows the 32 bits of the sequence is random.
+        (f64::from(even) + self.random.unit()) * TO_UNIT
     }
 
     /// Uniform in [0, 1).
@@ -207,6 +252,54 @@ mod tests {
             let sampler = PixelSampler::new(7, pixel);
             assert_net(&(0..16).map(|i| sampler.point(i)).collect::<Vec<_>>(), &format!("pixel {pixel}"));
         }
+    }
+
+    /// The published points of that dimension (S. Joe, F. Y. Kuo, direction numbers of 2010: degree 2, a = 1, m = 1, 3), which come in the order
+    /// of Gray's code.
+    #[test]
+    fn the_third_dimension_is_that_of_sobol() {
+        let found = (0..8).map(|i: u32| f64::from(sobol_third_reversed(i ^ i >> 1).reverse_bits()) * TO_UNIT);
+        assert_eq!(found.collect::<Vec<_>>(), [0.0, 0.5, 0.25, 0.75, 0.625, 0.125, 0.875, 0.375]);
+    }
+
+    /// Together with places in the pixel numbers of one name are a (1,3)-net: each elementary box of an eighth holds two of sixteen points.
+    #[test]
+    fn numbers_of_one_name_are_a_net_with_the_places() {
+        for pixel in 0..50 {
+            let sampler = PixelSampler::new(7, pixel);
+            let points: Vec<[f64; 3]> = (0..16)
+                .map(|sample| {
+                    let (x, y) = sampler.point(sample);
+                    [x, y, sampler.choices(sample).even(pixel as u32 + 1)]
+                })
+                .collect();
+            for a in 0..=3 {
+                for b in 0..=3 - a {
+                    let sides = [a, b, 3 - a - b].map(|bits| f64::from(1 << bits));
+                    let mut count = std::collections::HashMap::new();
+                    for point in &points {
+                        let cell: Vec<u32> = point.iter().zip(sides).map(|(x, n)| (x * n) as u32).collect();
+                        *count.entry(cell).or_insert(0) += 1;
+                    }
+                    assert!(count.len() == 8 && count.values().all(|&n| n == 2), "pixel {pixel}, {sides:?}: {count:?}");
+                }
+            }
+            let mut rows: Vec<u32> = points.iter().map(|point| (point[2] * 16.0) as u32).collect();
+            rows.sort_unstable();
+            assert_eq!(rows, (0..16).collect::<Vec<u32>>(), "pixel {pixel}");
+        }
+    }
+
+    #[test]
+    fn numbers_of_two_names_are_independent() {
+        let mut count = [0_u32; 64];
+        for pixel in 0..64_000 {
+            let mut choices = PixelSampler::new(3, pixel).choices(5);
+            let (a, b) = (choices.even(1), choices.even(2));
+            count[(a * 8.0) as usize * 8 + (b * 8.0) as usize] += 1;
+        }
+        let chi: f64 = count.iter().map(|&c| (f64::from(c) - 1000.0).powi(2) / 1000.0).sum();
+        assert!(chi < 103.4, "chi-square {chi} (63 degrees of freedom, 99.9 %)");
     }
 
     #[test]
