@@ -39,7 +39,7 @@ use iridesce_numerics::lanes::Singles as Lanes;
 
 use self::escaped::Escaped;
 use self::extras::Extras;
-use self::path::{Continuation, Path, Scattered, Since, Sums};
+use self::path::{Continuation, Lot, Path, Scattered, Since, Sums};
 use crate::camera::Ray;
 use crate::caustics::Memory;
 use crate::chain::Chain;
@@ -105,6 +105,8 @@ pub struct Tracer<'a> {
     finer: Option<usize>,
     /// A ray of the pixel has met a surface.
     has_met_surface: bool,
+    /// Hits of all branches of the sample under work so far.
+    hits: u32,
     /// Whether the sample under work carries the sparse branches of its group; `None` where each sample carries its own.
     carries_sparse: Option<bool>,
     /// Where paths were scattered last, by slot.
@@ -144,6 +146,7 @@ impl<'a> Tracer<'a> {
             failure: None,
             finer: None,
             has_met_surface: false,
+            hits: 0,
             carries_sparse: None,
             scattered: vec![Scattered::default(); slots],
             thicknesses: Vec::new(),
@@ -268,6 +271,7 @@ impl<'a> Tracer<'a> {
             return true;
         };
         self.has_met_surface = true;
+        self.hits = 0;
         let Some(slot) = self.free.pop() else { unreachable!("all slots are free between camera rays") };
         let start = slot * 4 * self.blocks;
         let has_stokes = self.extras.as_ref().is_some_and(Extras::has_stokes);
@@ -294,6 +298,7 @@ impl<'a> Tracer<'a> {
             hits: 0,
             floor: scene.floors.faint,
             is_sparse: false,
+            lot: if scene.floors.are_even { Lot::EVEN } else { Lot::SINGLE },
             medium: scene.enclosing_media(&ray),
             in_plane: !has_stokes,
             is_unpolarized: polarizer.is_none() && !has_stokes,
@@ -326,6 +331,7 @@ impl<'a> Tracer<'a> {
     #[inline(always)]
     fn scatter<S: Simd>(&mut self, simd: S, path: &mut Path, sums: &mut Sums<S>, choices: &mut Choices) -> bool {
         let scene = self.scene;
+        self.hits += 1;
         self.attenuate(simd, path);
         if scene.has_priorities && !self.pass_hidden(simd, path, sums) {
             return false;

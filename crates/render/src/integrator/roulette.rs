@@ -1,6 +1,8 @@
 //! Which branches go on: Russian roulette with a control variate.
 //!
-//! All branches that matter go on, the others survive with a probability and are weighted by its inverse. The control
+//! All branches that matter go on, the others survive with a probability and are weighted by its inverse. Where there are bodies that
+//! part light into many branches, each survives in as large a share of the samples of a pixel ([`Lot`]), and where both of two may end,
+//! one number decides which. The control
 //! variate: what the branch finds at least, the light that comes from every direction alike where nothing of the scene absorbs, is
 //! added for certain, and only the rest is left to chance, so that no pixel is ever darker than black. (The mean light in its place makes
 //! less noise in a bright surrounding, and pixels of -7 times the mean where a branch of much light is left to chance.) Pictures that end where tiles have settled share the branches below [`SPARSE`]
@@ -9,7 +11,7 @@
 use fearless_simd::Simd;
 use iridesce_numerics::Vec3;
 
-use super::path::{Continuation, Path, Since, Sums, Target};
+use super::path::{Continuation, Lot, Path, Since, Sums, Target, part_number};
 use super::{GROUP, LATE_SURVIVAL, SPARSE, Tracer};
 use crate::geometry::Hit;
 use crate::materials::Material;
@@ -37,6 +39,7 @@ impl Onward {
         (path.direction, path.hit, path.medium) = (self.direction, hit, self.medium);
         (path.band, path.since) = (self.band, self.since);
         path.chain = path.chain.then(false);
+        path.lot = path.lot.turned(false);
     }
 }
 
@@ -67,6 +70,7 @@ impl Tracer<'_> {
                     slot,
                     since: Since::Bend,
                     chain: path.chain.then(true),
+                    lot: path.lot.turned(true),
                     ..*path
                 };
                 onward.take(path, passed_hit);
@@ -75,6 +79,7 @@ impl Tracer<'_> {
             [Continuation::Surface(hit), _] => {
                 (path.direction, path.hit, path.since) = (mirror, hit, Since::Bend);
                 path.chain = path.chain.then(true);
+                path.lot = path.lot.turned(true);
                 self.survives(simd, path, mirrored_y, sums, choices)
             }
             [_, Continuation::Surface(hit)] => {
@@ -98,8 +103,20 @@ impl Tracer<'_> {
         if path.hits >= self.scene.max_depth {
             return self.choose(simd, path, mirrored, [mirrored_y, passed_y], sums, choices);
         }
-        let mirrored_survives = self.survives(simd, &mut mirrored, mirrored_y, sums, choices);
-        let passed_survives = self.survives(simd, path, passed_y, sums, choices);
+        let (mirrored_survives, passed_survives);
+        if path.lot.is_even() {
+            let odds = [self.odds(simd, &mut mirrored, mirrored_y, sums), self.odds(simd, path, passed_y, sums)];
+            // Certain of both, nothing is drawn: each has numbers of its own from here on.
+            let numbers = match odds {
+                [first, second] if first >= 1.0 && second >= 1.0 => [0.0; 2],
+                _ => part_number(mirrored.lot.number(choices), odds),
+            };
+            mirrored_survives = self.wins(simd, &mut mirrored, odds[0], numbers[0], sums);
+            passed_survives = self.wins(simd, path, odds[1], numbers[1], sums);
+        } else {
+            mirrored_survives = self.survives(simd, &mut mirrored, mirrored_y, sums, choices);
+            passed_survives = self.survives(simd, path, passed_y, sums, choices);
+        }
         match (mirrored_survives, passed_survives) {
             (true, true) => self.waiting.push(mirrored),
             (true, false) => {
@@ -154,6 +171,8 @@ impl Tracer<'_> {
         let kept = if before > 0.0 { (now / before).clamp(0.0, 1.0) } else { 1.0 };
         path.floor = floor.max(SCATTERED * kept);
         let survives = self.survives(simd, path, now, sums, choices);
+        // The ways of scattered branches have nothing in common.
+        path.lot = Lot::SINGLE;
         if path.hits != self.scene.max_depth {
             path.floor = if path.is_sparse == was_sparse { floor } else { floor * GROUP as f32 };
         }
@@ -173,12 +192,41 @@ impl Tracer<'_> {
         &mut self,
         simd: S,
         path: &mut Path,
-        mut luminance: f32,
+        luminance: f32,
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) -> bool {
+        let odds = self.odds(simd, path, luminance, sums);
+        // (What is left of its number serves the next choice.)
+        if odds >= 1.0 || odds <= 0.0 {
+            return odds > 0.0;
+        }
+        let number = path.lot.number(choices);
+        self.wins(simd, path, odds, number, sums)
+    }
+
+    /// Whether a branch goes on that does so with these odds, by a number that is uniform in [0, 1).
+    #[inline(always)]
+    fn wins<S: Simd>(&mut self, simd: S, path: &mut Path, odds: f32, number: f64, sums: &mut Sums<S>) -> bool {
+        if odds >= 1.0 || odds <= 0.0 {
+            path.lot.renew();
+            return odds > 0.0;
+        }
+        self.add_least_light(simd, path, 1.0, sums);
+        let survives = number < f64::from(odds);
+        if survives {
+            path.lot.spend(number, odds);
+            self.scale(simd, path, 1.0 / odds);
+            self.add_least_light(simd, path, -1.0, sums);
+        }
+        survives
+    }
+
+    /// The odds of a branch of this luminance to survive: 1 where it does for certain, 0 where it is dropped.
+    #[inline(always)]
+    fn odds<S: Simd>(&mut self, simd: S, path: &mut Path, mut luminance: f32, sums: &mut Sums<S>) -> f32 {
         if !luminance.is_finite() {
-            return false;
+            return 0.0;
         }
         if path.hits == self.scene.max_depth {
             // From here on the walk is a game of roulette at the luminance it has now. A fixed probability would not do: at
@@ -195,7 +243,7 @@ impl Tracer<'_> {
         {
             self.add_mean_light(simd, path, 1.0, sums);
             if !carries {
-                return false;
+                return 0.0;
             }
             path.is_sparse = true;
             path.floor *= GROUP as f32;
@@ -204,20 +252,13 @@ impl Tracer<'_> {
             self.add_mean_light(simd, path, -1.0, sums);
         }
         let group = if path.is_sparse { GROUP } else { 1 };
-        let floor = path.floor.max(self.scene.floors.after(path.hits) * group as f32);
+        let floor = path.floor.max(self.scene.floors.after(self.hits) * group as f32);
         // (What carries nothing at all could otherwise wander among surfaces that take nothing away for ever: its floor is nothing, too.)
         if luminance >= floor && luminance > 0.0 {
-            return true;
+            return 1.0;
         }
         // A branch without luminance (or, by rounding, below zero) may still carry colour: the odds have a least value.
-        let odds = (luminance / floor).max(1e-3);
-        self.add_least_light(simd, path, 1.0, sums);
-        let survives = choices.next() < odds;
-        if survives {
-            self.scale(simd, path, 1.0 / odds);
-            self.add_least_light(simd, path, -1.0, sums);
-        }
-        survives
+        (luminance / floor).max(1e-3)
     }
 
     /// Adds what a path finds at least.

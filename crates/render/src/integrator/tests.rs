@@ -51,6 +51,7 @@ fn over_plates(index: Complex64, plates: &[Plate]) -> (Vec<f64>, Vec<[f64; 2]>) 
             medium: MediumStack::default(),
             floor: 0.0,
             is_sparse: false,
+            lot: Lot::SINGLE,
             in_plane: true,
             is_unpolarized: true,
             band: None,
