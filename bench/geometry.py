@@ -288,6 +288,17 @@ def glasses(arguments: argparse.Namespace, folder: Path) -> None:
     print(f"| 1 | {np.median(ns[:, 0]):.0f} | 1 |\n| 3 | {np.median(ns[:, 1]):.0f} | {times:.2f} |", flush=True)
 
 
+# Seconds, processor seconds and peak MB of a command, by a process of little memory of its own: that of whoever starts a
+# process counts as the new one's peak until it is larger.
+WATCH = """
+import os, sys, time
+begin = time.perf_counter()
+_, status, told = os.wait4(os.posix_spawn(sys.argv[1], sys.argv[1:], os.environ), 0)
+print(time.perf_counter() - begin, told.ru_utime + told.ru_stime, told.ru_maxrss / 1024)
+sys.exit(os.waitstatus_to_exitcode(status))
+"""
+
+
 def start(arguments: argparse.Namespace, folder: Path) -> None:
     from run import BUBBLE
     from studio import write_studio
@@ -299,19 +310,10 @@ def start(arguments: argparse.Namespace, folder: Path) -> None:
     print("\n| picture | wall s, median | processor s | peak MB |\n|---|---|---|---|")
     for name, samples, repeats in (("trivial.json", 1, 5), ("bubble.toml", 64, 1)):
         command = [sys.executable, "-m", "iridesce", "render", name, "-o", "out.exr", "--samples", str(samples)]
-        wall, used, peak = [], [], 0.0
-        for _ in range(repeats):
-            before = time.perf_counter()
-            process = subprocess.Popen(
-                [*command, "--threads", str(arguments.threads)], cwd=folder, stderr=subprocess.DEVNULL
-            )
-            _, status, told = os.wait4(process.pid, 0)
-            if status:
-                raise SystemExit(f"{name}: {status}")
-            wall.append(time.perf_counter() - before)
-            used.append(told.ru_utime + told.ru_stime)
-            peak = max(peak, told.ru_maxrss / 1024)
-        print(f"| {name} | {sorted(wall)[repeats // 2]:.2f} | {min(used):.2f} | {peak:.0f} |", flush=True)
+        command = [sys.executable, "-S", "-c", WATCH, *command, "--threads", str(arguments.threads)]
+        runs = [subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True) for _ in range(repeats)]
+        wall, used, peak = zip(*(map(float, run.stdout.split()[-3:]) for run in runs), strict=True)
+        print(f"| {name} | {sorted(wall)[repeats // 2]:.2f} | {min(used):.2f} | {max(peak):.0f} |", flush=True)
 
 
 PARTS = {"mesh": mesh, "spheres": spheres, "instances": instances, "memory": memory, "glasses": glasses, "start": start}
