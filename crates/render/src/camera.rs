@@ -115,12 +115,7 @@ impl RayCamera {
             return self.ray_through_pupil(&central, sine, distance, choices);
         }
         let Some(lens) = self.lens else { return central };
-        let (a, b) = choices.pair();
-        let radius = lens.aperture_radius * a.sqrt();
-        let (sin, cos) = (std::f64::consts::TAU * b).sin_cos();
-        let offset = self.along[0] * (radius * cos) + self.along[1] * (radius * sin);
-        let to_focus = lens.focus_distance / central.direction.dot(self.forward);
-        Ray { origin: central.origin + offset, direction: (central.direction * to_focus - offset).normalized() }
+        self.aside(&lens, &central, on_disc(lens.aperture_radius, choices.pair()))
     }
 
     /// [`RayCamera::ray_through_lens`] of neighbouring samples of a pixel, [`MOST_TOGETHER`] at most, side by side.
@@ -144,12 +139,11 @@ impl RayCamera {
         let (mut a, mut b) = ([0.0; MOST_TOGETHER], [0.0; MOST_TOGETHER]);
         Choices::pair_each(&mut choices[..count], &mut a[..count], &mut b[..count]);
         for i in 0..count {
-            let (sin, cos) = (std::f64::consts::TAU * b[i]).sin_cos();
-            let radius = lens.aperture_radius * a[i].sqrt();
-            (a[i], b[i]) = (radius * cos, radius * sin);
+            [a[i], b[i]] = on_disc(lens.aperture_radius, (a[i], b[i]));
         }
         for i in 0..count {
-            let Ray { origin, direction } = self.aside(&lens, Vec3::new(d[0][i], d[1][i], d[2][i]), [a[i], b[i]]);
+            let central = Ray { origin: self.position, direction: Vec3::new(d[0][i], d[1][i], d[2][i]) };
+            let Ray { origin, direction } = self.aside(&lens, &central, [a[i], b[i]]);
             (o[0][i], o[1][i], o[2][i]) = (origin.x, origin.y, origin.z);
             (d[0][i], d[1][i], d[2][i]) = (direction.x, direction.y, direction.z);
         }
@@ -157,12 +151,12 @@ impl RayCamera {
         rays.extend((0..count).map(|i| Ray { origin: at(&o, i), direction: at(&d, i) }));
     }
 
-    /// The ray of a camera with a view angle that passes a place of its lens, of which the central one has a direction.
+    /// The ray that passes a place of the lens, of which the central one passes its middle.
     #[inline(always)]
-    fn aside(&self, lens: &Lens, direction: Vec3, [along, up]: [f64; 2]) -> Ray {
+    fn aside(&self, lens: &Lens, central: &Ray, [along, up]: [f64; 2]) -> Ray {
         let offset = self.along[0] * along + self.along[1] * up;
-        let to_focus = lens.focus_distance / direction.dot(self.forward);
-        Ray { origin: self.position + offset, direction: (direction * to_focus - offset).normalized() }
+        let to_focus = lens.focus_distance / central.direction.dot(self.forward);
+        Ray { origin: central.origin + offset, direction: (central.direction * to_focus - offset).normalized() }
     }
 
     /// The direction of [`RayCamera::ray`] of a camera with a view angle.
@@ -190,6 +184,14 @@ impl RayCamera {
         let in_focus = central.origin + self.forward * distance;
         Ray { origin: in_focus - direction * (distance / along), direction }
     }
+}
+
+/// A place on a disc, all of it equally likely, from a point of the unit square.
+#[inline(always)]
+fn on_disc(radius: f64, (a, b): (f64, f64)) -> [f64; 2] {
+    let (sin, cos) = (std::f64::consts::TAU * b).sin_cos();
+    let away = radius * a.sqrt();
+    [away * cos, away * sin]
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use iridesce_numerics::lanes::{DOUBLES, Doubles, Lanes};
 use super::beam::Beam;
 use super::build::LEAF;
 use super::hierarchy::Walk;
-use super::mesh::{Met, OVERLAP, TriangleMesh, crossing};
+use super::mesh::{Met, OVERLAP, TriangleMesh, crossing, is_nearer};
 use crate::camera::{MOST_TOGETHER, Ray};
 
 /// Fewer rays are as quick one by one.
@@ -129,9 +129,7 @@ impl Bundle {
                     met &= met - 1;
                     let (distance, limit) = (distances[ray], &mut self.limit[group].0[ray]);
                     let best = &mut best[group * DOUBLES + ray];
-                    let is_nearer = distance < *limit
-                        || best.is_some_and(|best| best.distance == distance && triangle < best.triangle);
-                    if is_nearer {
+                    if is_nearer(best, *limit, distance, triangle) {
                         *best = Some(Met { triangle, distance, seat: (leaf * LEAF + lane) as u32 });
                         *limit = distance;
                         any = true;

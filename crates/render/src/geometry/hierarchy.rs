@@ -275,15 +275,25 @@ impl Walk {
         u64::from(x.to_bits() ^ y.to_bits() ^ z.to_bits() ^ children[WIDTH - 1])
     }
 
+    /// The things of what is next, if that is a leaf: `first` and how many.
+    #[inline(always)]
+    fn at_leaf(&mut self) -> Option<(usize, usize)> {
+        let current = self.current;
+        if current & IS_LEAF == 0 {
+            return None;
+        }
+        self.met = 0;
+        Some(((current & FIRST) as usize, (current >> COUNT_AT & 7) as usize + 1))
+    }
+
     /// Looks which children of the next node are met; of a leaf gives the things in it, `first` and how many, for the caller to meet
     /// and to [`Walk::shorten`] the way by.
     #[inline(always)]
     pub fn look<S: Simd>(&mut self, simd: S, hierarchy: &Hierarchy) -> Option<(usize, usize)> {
-        let current = self.current;
-        if current & IS_LEAF != 0 {
-            self.met = 0;
-            return Some(((current & FIRST) as usize, (current >> COUNT_AT & 7) as usize + 1));
+        if let Some(leaf) = self.at_leaf() {
+            return Some(leaf);
         }
+        let current = self.current;
         let splat = |value: f32| f32x8::splat(simd, value);
         // Not by `map` over the axes, which is a call of its own here.
         let [o_x, o_y, o_z] = [splat(self.origin[0]), splat(self.origin[1]), splat(self.origin[2])];
@@ -321,12 +331,11 @@ impl Walk {
     /// [`Walk::look`] of a beam.
     #[inline(always)]
     pub fn look_along<S: Simd>(&mut self, simd: S, hierarchy: &Hierarchy, beam: &Beam) -> Option<(usize, usize)> {
-        let current = self.current;
-        if current & IS_LEAF != 0 {
-            self.met = 0;
-            return Some(((current & FIRST) as usize, (current >> COUNT_AT & 7) as usize + 1));
+        if let Some(leaf) = self.at_leaf() {
+            return Some(leaf);
         }
-        (self.met, self.distances) = beam.meets(simd, &hierarchy.nodes[current as usize].bounds, self.near_limit);
+        let Node { bounds, .. } = &hierarchy.nodes[self.current as usize];
+        (self.met, self.distances) = beam.meets(simd, bounds, self.near_limit);
         None
     }
 

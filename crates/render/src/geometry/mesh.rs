@@ -242,9 +242,7 @@ impl Visit for Search<'_> {
             let lane = met.trailing_zeros() as usize;
             met &= met - 1;
             let (distance, triangle) = (distances[lane], block.triangles[lane]);
-            let is_nearer =
-                distance < limit || self.best.is_some_and(|best| best.distance == distance && triangle < best.triangle);
-            if is_nearer && !self.is_start(block, lane, volumes[lane]) {
+            if is_nearer(&self.best, limit, distance, triangle) && !self.is_start(block, lane, volumes[lane]) {
                 self.best = Some(Met { triangle, distance, seat: (first * LEAF + lane) as u32 });
                 limit = distance;
             }
@@ -274,6 +272,12 @@ where
     let (q_x, q_y, q_z) = (t_y * e_z - t_z * e_y, t_z * e_x - t_x * e_z, t_x * e_y - t_y * e_x);
     let c = (d_x * q_x + d_y * q_y + d_z * q_z) * per;
     (b, c, f_x * q_x + f_y * q_y + f_z * q_z, per)
+}
+
+/// Whether a crossing comes before all others so far, which reach to a limit; of equally near ones the first triangle does.
+#[inline(always)]
+pub(super) fn is_nearer(best: &Option<Met>, limit: f64, distance: f64, triangle: u32) -> bool {
+    distance < limit || best.is_some_and(|best| best.distance == distance && triangle < best.triangle)
 }
 
 /// The area of a triangle.
