@@ -15,10 +15,10 @@ const LEAST_FAINT: f32 = 1e-7;
 
 /// So many hits all branches of a sample have together before that luminance doubles with each further one, up to the next, in a scene
 /// with bodies: glass, metals and what is coated, everything but free films and matt surfaces. What many surfaces part into many
-/// branches is looked at less and less closely, and one ball of glass, whose branches take six hits, nearly as closely as ever.
+/// branches is looked at less and less closely, and one ball of glass, whose branches have five, nearly as closely as ever.
 const FREE_HITS: u32 = 4;
 
-/// It rises no further (at up to [`FEW`] samples). A camera ray has 24 hits with it that meets three balls of glass within one another, 72
+/// It rises no further (at up to [`FEW`] samples). A camera ray has 24 hits with it that meets three balls of glass within one another, 71
 /// if it never rose (docs/evidence/performance.md).
 const MOST_FAINT: f32 = 4.8e-3;
 
