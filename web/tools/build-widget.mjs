@@ -16,5 +16,7 @@ const result = await build({
 });
 const [{ output }] = [result].flat();
 mkdirSync(out, { recursive: true });
-writeFileSync(join(out, "widget.js"), output.find((chunk) => chunk.type === "chunk").code.trim() + "\n");
+// Without the lines that name the sources, by ways of the machine that builds.
+const code = output.find((chunk) => chunk.type === "chunk").code.replace(/^\/\/ \S+\.[jt]s\n/gm, "");
+writeFileSync(join(out, "widget.js"), code.trim() + "\n");
 writeFileSync(join(out, "widget.css"), readFileSync(join(web, "src", "widget.css"), "utf8"));

@@ -1,4 +1,3 @@
-// ../../ciB/web/node_modules/@lit/reactive-element/css-tag.js
 var e = globalThis, t = e.ShadowRoot && (e.ShadyCSS === void 0 || e.ShadyCSS.nativeShadow) && "adoptedStyleSheets" in Document.prototype && "replace" in CSSStyleSheet.prototype, n = Symbol(), r = /* @__PURE__ */ new WeakMap(), i = class {
 	constructor(e, t, r) {
 		if (this._$cssResult$ = !0, r !== n) throw Error("CSSResult is not constructable. Use `unsafeCSS` or `css` instead.");
@@ -248,7 +247,6 @@ var S = class extends HTMLElement {
 	firstUpdated(e) {}
 };
 S.elementStyles = [], S.shadowRootOptions = { mode: "open" }, S[v("elementProperties")] = /* @__PURE__ */ new Map(), S[v("finalized")] = /* @__PURE__ */ new Map(), _?.({ ReactiveElement: S }), (m.reactiveElementVersions ??= []).push("2.1.2");
-// ../../ciB/web/node_modules/lit-html/lit-html.js
 var C = globalThis, w = (e) => e, T = C.trustedTypes, ee = T ? T.createPolicy("lit-html", { createHTML: (e) => e }) : void 0, te = "$lit$", E = `lit$${Math.random().toFixed(9).slice(2)}$`, ne = "?" + E, re = `<${ne}>`, D = document, O = () => D.createComment(""), k = (e) => e === null || typeof e != "object" && typeof e != "function", ie = Array.isArray, ae = (e) => ie(e) || typeof e?.[Symbol.iterator] == "function", oe = "[ 	\n\f\r]", A = /<(?:(!--|\/[^a-zA-Z])|(\/?[a-zA-Z][^>\s]*)|(\/?$))/g, se = /-->/g, ce = />/g, j = RegExp(`>|${oe}(?:([^\\s"'>=/]+)(${oe}*=${oe}*(?:[^ \t\n\f\r"'\`<>=]|("|')|))|$)`, "g"), le = /'/g, ue = /"/g, de = /^(?:script|style|textarea|title)$/i, fe = (e) => (t, ...n) => ({
 	_$litType$: e,
 	strings: t,
@@ -503,7 +501,6 @@ var Te = (e, t, n) => {
 R._$litElement$ = !0, R.finalized = !0, Ee.litElementHydrateSupport?.({ LitElement: R });
 var De = Ee.litElementPolyfillSupport;
 De?.({ LitElement: R }), (Ee.litElementVersions ??= []).push("4.2.2");
-// src/core/look-up.ts
 var Oe = Math.PI / 180;
 function ke(e, t, n, r, i) {
 	let { rows: a, columns: o, nodes: s } = e, c = Math.min(Math.max(n, e.range_deg[0]), e.range_deg[1]), l = Math.min(Math.max(t, e.range_nm[0]), e.range_nm[1]);
@@ -531,7 +528,6 @@ function ke(e, t, n, r, i) {
 	r[i] = b, r[i + 1] = x, r[i + 2] = S;
 }
 var Ae = [1], je = [380, 780];
-// src/draw/light.ts
 function z(e, t, n) {
 	let r = Math.min(Math.max((n - e) / (t - e), 0), 1);
 	return r * r * (3 - 2 * r);
@@ -587,7 +583,6 @@ var Ne = new B(-44, 26, .66, .8, .01), Pe = new B(60, 12, .6, 1, .12), Fe = [
 function H(e) {
 	return e === "studio" ? Ie : e === "overcast" ? Le : Re;
 }
-// src/state/keys.ts
 var ze = [
 	"free-bubble-preview",
 	"bubble-on-bath-preview",
@@ -1067,7 +1062,6 @@ function it(e, t, n, r) {
 function X(e, t) {
 	return (e % t + t) % t;
 }
-// src/draw/draft.ts
 var at = 2, ot = 512, st = 2048;
 function ct(e) {
 	let [t, n] = [e.first_nm, e.first_nm + (e.columns - 1) * e.step_nm], r = Math.ceil((n - t) / at) + 1;
@@ -1119,7 +1113,6 @@ function dt(e) {
 	let t = ut[0] + 4096;
 	return t < 947912704 ? 0 : t - 939524096 >> 13;
 }
-// src/draw/shader.ts
 var ft = [
 	"FIELD",
 	"REPEATS",
@@ -1438,7 +1431,6 @@ var Et = class {
 		this.geometry = null;
 	}
 };
-// src/text/strings.ts
 function Dt(e) {
 	return [
 		"zeroth",

@@ -76,6 +76,7 @@ def test_its_built_files_come_with_the_package() -> None:
     folder = Path(ir.__file__).parent / "notebooks"
     script = (folder / "widget.js").read_text(encoding="utf-8")
     assert "export" in script and "fetch(" not in script
+    assert "node_modules" not in script, "the widget names folders of the machine that built it"
     assert (folder / "widget.css").stat().st_size > 200
 
 
