@@ -86,20 +86,26 @@ impl MapLookup {
     }
 }
 
-/// Columns and rows of the grid by which diffuse surfaces look for light: 1.4 degrees.
+/// Columns and rows of the grid by which surfaces that scatter look for light: 1.4 degrees.
 const GRID: [usize; 2] = [256, 128];
 
 /// So many places across and down each of its cells are looked at.
 const FINE: usize = 4;
 
-/// Draws directions in proportion to the luminance of the maps, all added up.
+/// So many bands of as much light the sphere is parted into, and each of these into so many fields.
+const BANDS: usize = 256;
+const FIELDS: usize = 256;
+
+/// Draws directions in proportion to the luminance of the maps, all added up: evenly within fields of as much light, which fill the sphere.
+/// Where a random number falls among fields alike is told without a search.
 pub struct MapSampler {
-    rows: Chances,
-    /// Of the cells within each row.
-    cells: Vec<Chances>,
-    /// Heights of the edges of the rows, from the first's upper one on.
+    /// Heights of the edges of the bands, from the upper one of the first on.
     heights: Vec<f64>,
-    /// Probability per solid angle with which a direction is drawn, by cell.
+    /// Of each band the edges of its fields, in turns from the left edge of the maps.
+    turns: Vec<f32>,
+    /// Of each band the probability per solid angle in a field of one turn.
+    shares: Vec<f32>,
+    /// About the probability per solid angle with which a direction is drawn, by cell.
     densities: Vec<f32>,
     /// Red, green and blue of the maps together, at [`FINE`] times [`FINE`] places of every cell, row after row; nowhere 0.
     lights: Vec<f32>,
@@ -107,11 +113,11 @@ pub struct MapSampler {
 
 /// What the maps are like in sixteen directions.
 #[derive(Clone, Copy)]
-pub struct Around {
-    /// The probability per solid angle with which each is drawn.
-    pub densities: [f32; LANES],
+pub struct Around<V> {
+    /// About the probability per solid angle with which each is drawn.
+    pub densities: V,
     /// About the light from there, red, green and blue together; nowhere 0.
-    pub lights: [f32; LANES],
+    pub lights: V,
 }
 
 impl MapSampler {
@@ -128,42 +134,55 @@ impl MapSampler {
         let all: f64 = power.iter().enumerate().map(|(i, p)| p * solid[i / columns]).sum();
         let floor = (0.1 * all / (4.0 * std::f64::consts::PI)).max(f64::MIN_POSITIVE);
         power.iter_mut().for_each(|cell| *cell = cell.max(0.0) + floor);
-        let cells: Vec<Chances> = power.chunks(columns).map(|row| Chances::new(row.iter().copied())).collect();
-        let shares = power.chunks(columns).zip(&solid).map(|(row, angle)| row.iter().sum::<f64>() * angle);
-        let own_rows = Chances::new(shares);
-        let density = |i: usize| {
-            let (row, column) = (i / columns, i % columns);
-            (own_rows.of(row) * cells[row].of(column) / solid[row]) as f32
-        };
-        let densities = (0..columns * rows).map(density).collect();
-        let mut heights: Vec<f64> = (0..rows).map(|row| latlong::band(row, rows)[0]).collect();
-        heights.push(-1.0);
-        MapSampler { rows: own_rows, cells, heights, densities, lights }
+        let of_rows: Vec<f64> =
+            power.chunks(columns).zip(&solid).map(|(row, angle)| row.iter().sum::<f64>() * angle).collect();
+        let whole: f64 = of_rows.iter().sum();
+        let densities = power.iter().map(|cell| (cell / whole) as f32).collect();
+
+        let edges = alike(&of_rows, BANDS);
+        let heights: Vec<f64> = edges.iter().map(|&edge| (std::f64::consts::PI * edge / rows as f64).cos()).collect();
+        let (mut turns, mut shares) = (Vec::new(), Vec::new());
+        for band in 0..BANDS {
+            let [upper, lower] = [edges[band], edges[band + 1]];
+            let mut own = vec![0.0; columns];
+            for row in upper as usize..(lower.ceil() as usize).min(rows) {
+                let [from, to] = [upper.max(row as f64), lower.min((row + 1) as f64)];
+                let tall = [from, to].map(|edge| (std::f64::consts::PI * edge / rows as f64).cos());
+                for (own, cell) in own.iter_mut().zip(&power[row * columns..(row + 1) * columns]) {
+                    *own += cell * (tall[0] - tall[1]);
+                }
+            }
+            turns.extend(alike(&own, FIELDS).iter().map(|edge| (edge / columns as f64) as f32));
+            let angle = std::f64::consts::TAU * (heights[band] - heights[band + 1]);
+            shares.push((1.0 / ((BANDS * FIELDS) as f64 * angle)) as f32);
+        }
+        MapSampler { heights, turns, shares, densities, lights }
     }
 
-    /// Sixteen directions of sixteen points of the unit square, and what the maps are like there.
+    /// Sixteen directions of sixteen points of the unit square, and the probability per solid angle with which each is drawn.
     #[inline(always)]
-    pub fn draw_lanes<S: Simd>(&self, simd: S, points: &[(f64, f64); LANES]) -> ([f32x16<S>; 3], Around) {
-        let columns = GRID[0];
-        let [mut turns, mut height, mut level, mut densities, mut lights] = [[0.0_f32; LANES]; 5];
+    pub fn draw_lanes<S: Simd>(&self, simd: S, points: &[(f64, f64); LANES]) -> ([f32x16<S>; 3], f32x16<S>) {
+        let [mut turns, mut wide, mut height, mut level, mut shares] = [[0.0_f32; LANES]; 5];
         for (lane, &(a, b)) in points.iter().enumerate() {
-            let (row, down) = self.rows.pick(b);
-            let (column, across) = self.cells[row].pick(a);
-            let y = self.heights[row] + (self.heights[row + 1] - self.heights[row]) * down;
-            turns[lane] = ((column as f64 + across) / columns as f64 - 0.5) as f32;
+            let (across, down) = (a * FIELDS as f64, b * BANDS as f64);
+            let (field, band) = ((across as usize).min(FIELDS - 1), (down as usize).min(BANDS - 1));
+            let (across, down) = (across - field as f64, down - band as f64);
+            let y = self.heights[band] + (self.heights[band + 1] - self.heights[band]) * down;
+            let left = self.turns[band * (FIELDS + 1) + field];
+            wide[lane] = self.turns[band * (FIELDS + 1) + field + 1] - left;
+            turns[lane] = left + wide[lane] * across as f32 - 0.5;
             (height[lane], level[lane]) = (y as f32, ((1.0 - y) * (1.0 + y)).max(0.0).sqrt() as f32);
-            densities[lane] = self.densities[row * columns + column];
-            let fine = |cell: usize, share: f64| cell * FINE + ((share * FINE as f64) as usize).min(FINE - 1);
-            lights[lane] = self.lights[fine(row, down) * FINE * columns + fine(column, across)];
+            shares[lane] = self.shares[band];
         }
         let (sin, cos) = sin_cos_turns(f32x16::from_slice(simd, &turns));
         let level = f32x16::from_slice(simd, &level);
-        ([level * sin, f32x16::from_slice(simd, &height), -(level * cos)], Around { densities, lights })
+        let densities = f32x16::from_slice(simd, &shares) / f32x16::from_slice(simd, &wide);
+        ([level * sin, f32x16::from_slice(simd, &height), -(level * cos)], densities)
     }
 
     /// What the maps are like in sixteen directions of length 1.
     #[inline(always)]
-    pub fn around<S: Simd>(&self, [x, y, z]: &[f32x16<S>; 3]) -> Around {
+    pub fn around<S: Simd>(&self, simd: S, [x, y, z]: &[f32x16<S>; 3]) -> Around<f32x16<S>> {
         let [columns, rows] = GRID.map(|count| count * FINE);
         let (across, down) = (atan2_turns(*x, -*z) + 0.5, atan2_turns(x.mul_add(*x, *z * *z).sqrt(), *y));
         let (across, down) = ((across * columns as f32).to_array(), (down * (2 * rows) as f32).to_array());
@@ -173,51 +192,26 @@ impl MapSampler {
             densities[lane] = self.densities[row / FINE * GRID[0] + column / FINE];
             lights[lane] = self.lights[row * columns + column];
         }
-        Around { densities, lights }
+        Around { densities: f32x16::from_slice(simd, &densities), lights: f32x16::from_slice(simd, &lights) }
     }
 }
 
-/// Chances of a list, to pick from by a random number.
-struct Chances {
-    /// Each added to all before it.
-    sums: Vec<f64>,
-    /// Where to begin looking, by as many equal parts of the random numbers.
-    starts: Vec<u16>,
-}
-
-impl Chances {
-    /// In proportion to positive numbers.
-    fn new(parts: impl Iterator<Item = f64>) -> Chances {
-        let mut sum = 0.0;
-        let mut sums: Vec<f64> = parts
-            .map(|part| {
-                sum += part;
-                sum
-            })
-            .collect();
-        sums.iter_mut().for_each(|own| *own /= sum);
-        let count = sums.len();
-        let start = |part: usize| sums.partition_point(|&own| own <= part as f64 / count as f64).min(count - 1) as u16;
-        Chances { starts: (0..count).map(start).collect(), sums }
-    }
-
-    /// The chance of an entry.
-    #[inline(always)]
-    fn of(&self, at: usize) -> f64 {
-        self.sums[at] - if at > 0 { self.sums[at - 1] } else { 0.0 }
-    }
-
-    /// Where a random number in [0, 1) falls, and how far into it.
-    #[inline(always)]
-    fn pick(&self, random: f64) -> (usize, f64) {
-        let count = self.sums.len();
-        let mut at = usize::from(self.starts[((random * count as f64) as usize).min(count - 1)]);
-        while at + 1 < count && self.sums[at] <= random {
+/// The edges of so many parts of a list that are alike in sum, the numbers evenly within each of its entries; the first is 0, the last
+/// the length of the list.
+fn alike(list: &[f64], parts: usize) -> Vec<f64> {
+    let all: f64 = list.iter().sum();
+    let (mut at, mut before) = (0, 0.0);
+    let edge = |part: usize| {
+        let wanted = all * part as f64 / parts as f64;
+        while at + 1 < list.len() && before + list[at] < wanted {
+            before += list[at];
             at += 1;
         }
-        let before = if at > 0 { self.sums[at - 1] } else { 0.0 };
-        (at, ((random - before) / (self.sums[at] - before)).clamp(0.0, 1.0))
-    }
+        at as f64 + ((wanted - before) / list[at]).clamp(0.0, 1.0)
+    };
+    let mut edges: Vec<f64> = (0..=parts).map(edge).collect();
+    (edges[0], edges[parts]) = (0.0, list.len() as f64);
+    edges
 }
 
 /// Mean luminance of the maps over every cell of the grid, from sixteen places of it.
@@ -276,8 +270,8 @@ mod tests {
         assert!((look(0.0, 0.0, 0.0, 1.0)[0] - 31.5).abs() < 1e-3, "+z: half way between last and first column");
     }
 
-    /// Directions come as often as is told: over draws one over the density is the whole sphere on average, and what is told of a
-    /// direction that was drawn is what is told of it alone (at the edge of a cell rounding may take it for the next).
+    /// Directions come as often as is told: over draws one over the density is the whole sphere on average, and half of it on either side
+    /// of planes through its middle.
     #[test]
     fn maps_are_drawn_by_their_density() {
         let (width, height) = (64, 32);
@@ -285,25 +279,42 @@ mod tests {
             (0..width * height).flat_map(|i| [if i % 97 == 3 { 40.0 } else { (i % 7) as f32 * 0.1 }; 3]).collect();
         let lookup = MapLookup::new(Arc::new(EnvironmentMap { width, height, rgb }), 30.0);
         let sampler = MapSampler::new(&[(lookup, 2.0)]);
-        let (mut noise, mut sphere, mut others) = (iridesce_numerics::noise::SplitMix64::new(3), 0.0, 0);
-        let rounds = 20_000;
+        let planes = [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.0, -0.8], [0.36, 0.8, 0.48]];
+        let (mut noise, mut sphere, mut halves) = (iridesce_numerics::noise::SplitMix64::new(3), 0.0, [0.0; 5]);
+        let (mut far, rounds) = (0, 20_000);
         for _ in 0..rounds {
             let points = std::array::from_fn(|_| (noise.unit(), noise.unit()));
-            let (told, again, lengths) = dispatch!(simd::level_or_best(), simd => {
+            let (ways, told, about) = dispatch!(simd::level_or_best(), simd => {
                 let (ways, told) = sampler.draw_lanes(simd, &points);
-                let lengths = ways[0] * ways[0] + ways[1] * ways[1] + ways[2] * ways[2];
-                (told.densities, sampler.around(&ways).densities, lengths.to_array())
+                let about = sampler.around(simd, &ways).densities;
+                (ways.map(|along| along.to_array()), told.to_array(), about.to_array())
             });
             for lane in 0..LANES {
-                assert!((lengths[lane] - 1.0).abs() < 1e-6);
-                sphere += 1.0 / f64::from(told[lane]);
-                others += usize::from(told[lane] != again[lane]);
+                let way = ways.map(|along| f64::from(along[lane]));
+                assert!((way.iter().map(|v| v * v).sum::<f64>() - 1.0).abs() < 1e-6);
+                let angle = 1.0 / f64::from(told[lane]);
+                sphere += angle;
+                for (half, plane) in halves.iter_mut().zip(planes) {
+                    *half += if way.iter().zip(plane).map(|(a, b)| a * b).sum::<f64>() > 0.0 { angle } else { 0.0 };
+                }
+                far += usize::from(!(0.5..2.0).contains(&(about[lane] / told[lane])));
             }
         }
         let count = (rounds * LANES) as f64;
         // The spread of 1 / density is below that of a density of a tenth of the mean: 40 pi.
-        let sphere = sphere / count;
-        assert!((sphere / (4.0 * std::f64::consts::PI) - 1.0).abs() < 5.0 * 10.0 / count.sqrt(), "{sphere}");
-        assert!((others as f64) < 1e-3 * count, "{others}");
+        let error = 5.0 * 10.0 / count.sqrt();
+        for (what, sum, wanted) in [("sphere", sphere, 4.0)].into_iter().chain(halves.map(|half| ("half", half, 2.0))) {
+            let part = sum / count / std::f64::consts::PI;
+            assert!((part - wanted).abs() < 4.0 * error, "{what}: {part} pi");
+        }
+        // Fields that reach over the edge of a bright cell are few.
+        assert!((far as f64) < 0.05 * count, "{far}");
+    }
+
+    #[test]
+    fn parts_alike_end_where_sums_say() {
+        let edges = alike(&[1.0, 0.0, 3.0], 4);
+        assert_eq!(edges, [0.0, 1.0, 2.0 + 1.0 / 3.0, 2.0 + 2.0 / 3.0, 3.0]);
+        assert_eq!(alike(&[0.5], 2), [0.0, 0.5, 1.0]);
     }
 }

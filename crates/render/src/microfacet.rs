@@ -154,6 +154,13 @@ impl Wanderer {
         true
     }
 
+    /// A random number for [`Wanderer::meets_facet`] by which it does meet one, from a random number in [0, 1).
+    #[inline(always)]
+    pub fn blocking(&self, facets: &Microfacets, random: f64) -> f64 {
+        let escape = facets.escape(self.own(self.direction), self.height);
+        escape + (1.0 - escape) * random
+    }
+
     /// The normal of the facet it meets, on its own side.
     #[inline(always)]
     pub fn facet(&self, facets: &Microfacets, random: (f64, f64)) -> Vec3 {

@@ -190,6 +190,14 @@ pub struct Pairs {
 }
 
 impl Pairs {
+    /// Those of the first branches.
+    #[inline(always)]
+    pub fn points<const COUNT: usize>(&self) -> [(f64, f64); COUNT] {
+        let (mut a, mut b) = ([0.0; COUNT], [0.0; COUNT]);
+        net_points(self.key, self.first, &mut a, &mut b);
+        std::array::from_fn(|branch| (a[branch], b[branch]))
+    }
+
     /// That of one of its branches.
     #[inline(always)]
     pub fn point(&self, branch: u32) -> (f64, f64) {

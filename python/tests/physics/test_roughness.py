@@ -302,6 +302,55 @@ def test_a_bright_patch_of_a_map_is_looked_for(surface, tmp_path, monkeypatch):
     assert y.std() < 0.5 * y.mean()
 
 
+@pytest.mark.parametrize("roughness", [0.3, 0.6, 1.0, [0.2, 0.7]], ids=str)
+def test_furnace_of_a_map(roughness, tmp_path, monkeypatch):
+    """An opaque surface that takes nothing away is as bright as the map around it: by its own light, by that of two facets one
+    after the other, of which maps are asked together, and by walks among more of them."""
+    monkeypatch.chdir(tmp_path)
+    environment.write_exr(tmp_path / "white.exr", np.ones((32, 64, 3), dtype=np.float32))
+    camera = view([0.0, 0.0, 4.0], [0.0] * 3, (24, 24), orthographic_height=2.0)
+    light = [{"environment": {"map": "white.exr"}}]
+    white = shot(camera, [sphere([0.0, 0.0, 50.0], 1e-3, metal(MIRROR))], light)[0, 0]
+    seen = shot(camera, [sphere([0.0] * 3, 1.5, rough(metal(MIRROR), roughness))], light, samples=1024)
+    for channel in range(3):
+        mean, error = mean_and_error(seen[..., channel] / white[channel])
+        assert error < 1e-3 and abs(mean - 1.0) < 4.5 * error + 3e-4, (channel, mean, error)
+
+
+@pytest.mark.parametrize("surface", ["metal", "coated"])
+@pytest.mark.parametrize("roughness", [0.3, [0.5, 0.8]], ids=str)
+def test_paths_that_part_bring_what_single_ones_do(surface, roughness, tmp_path, monkeypatch):
+    """Where all light from far away is that of maps a rough surface sends several branches on, and asks the maps of two facets at
+    once; beside a uniform light, here one that is as good as none, a single branch. With lamps of every kind, and objects that
+    mirror each other."""
+    monkeypatch.chdir(tmp_path)
+    window = np.full((64, 128, 3), 0.05, dtype=np.float32)
+    window[20:28, 60:70] = [30.0, 20.0, 10.0]
+    window[34:38, 10:40] = [2.0, 6.0, 9.0]
+    environment.write_exr(tmp_path / "window.exr", window)
+    own = metal([0.2, 3.0]) if surface == "metal" else coating([("TiO2", 60.0)], "Ti")
+    objects = [
+        sphere([-0.9, 0.0, 0.0], 1.0, rough(own, roughness)),
+        sphere([0.9, 0.0, 0.0], 0.8, rough(own, roughness)),
+        disk([0.0, -1.0, 0.0], [0.0, 1.0, 0.0], 3.0, rough(own, roughness)),
+        sphere([0.0, 1.6, 0.6], 0.2, emitter(4.0)),
+    ]
+    camera = view([0.0, 0.5, 6.0], [0.0] * 3, (24, 16), fov_deg=30.0)
+    lamps = [{"environment": {"map": "window.exr"}}, {"point": {"position": [2.0, 2.0, 2.0], "intensity": 2.0}}]
+    pictures = [
+        np.array([shot(camera, objects, lights, seed=seed) for seed in range(1, 17)])
+        for lights in (lamps, [*lamps, lit("E", 1e-12)])
+    ]
+    several, one = (all_seeds.mean((1, 2)) for all_seeds in pictures)
+    noise = np.sqrt((several.var(0, ddof=1) + one.var(0, ddof=1)) / len(one))
+    difference = several.mean(0) - one.mean(0)
+    assert (noise < 0.01 * one.mean(0)).all() and (np.abs(difference) < 4 * noise).all(), (difference, noise)
+    # In bands of the picture, too.
+    bands = [all_seeds.reshape(16, 4, 4, 4, 6, 3).mean((2, 4)) for all_seeds in pictures]
+    spread = np.sqrt(sum(each.var(0, ddof=1) for each in bands) / 16)
+    assert (np.abs(bands[0].mean(0) - bands[1].mean(0)) < 6 * spread).all()
+
+
 # ---- fringes finer than the lobe --------------------------------------------------------------------------------------
 
 

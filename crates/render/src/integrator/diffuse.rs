@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::SINGLES as LANES;
 
-use super::direct::Scatters;
+use super::direct::{Draws, Scatters, Sends};
 use super::path::{Continuation, Path, Scattered, Since, Sums};
 use super::{LATE_SURVIVAL, Tracer};
 use crate::facet_lanes::{cosine_lanes, dot, single_points, world_lanes};
@@ -37,7 +37,7 @@ impl Tracer<'_> {
         let facing = if path.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
         let is_dark = self.is_dark(path.medium);
         if !is_dark {
-            self.direct_light(simd, path, &Lambertian { facing }, sums, choices);
+            self.direct_light(simd, path, &Lambertian { facing }, true, sums, choices);
         }
 
         let (direction, height) = Lambertian { facing }.direction(choices.pair());
@@ -109,7 +109,7 @@ impl Lambertian {
     }
 }
 
-impl Scatters for Lambertian {
+impl Draws for Lambertian {
     #[inline(always)]
     fn draw_lanes<S: Simd>(&self, simd: S, points: &[(f64, f64); LANES], _: &mut Choices) -> [f32x16<S>; 3] {
         let (across, up) = frame(self.facing);
@@ -121,7 +121,18 @@ impl Scatters for Lambertian {
         let density = dot(ways, self.facing) * std::f32::consts::FRAC_1_PI;
         [density.max(f32x16::splat(simd, 0.0)); 2]
     }
+}
 
+impl Sends for Lambertian {
+    #[inline(always)]
+    fn evaluate<S: Simd>(&self, _: S, _: &mut Tracer<'_>, onward: &mut Path, direction: Vec3, _: usize) -> Option<f64> {
+        (onward.direction, onward.axis) = (direction, frame(direction).0);
+        let density = self.density(direction);
+        (density > 0.0).then_some(density)
+    }
+}
+
+impl Scatters for Lambertian {
     #[inline(always)]
     fn density(&self, direction: Vec3) -> f64 {
         direction.dot(self.facing) * std::f64::consts::FRAC_1_PI
@@ -130,12 +141,5 @@ impl Scatters for Lambertian {
     #[inline(always)]
     fn facing(&self) -> Vec3 {
         self.facing
-    }
-
-    #[inline(always)]
-    fn evaluate<S: Simd>(&self, _: S, _: &mut Tracer<'_>, onward: &mut Path, direction: Vec3, _: usize) -> Option<f64> {
-        (onward.direction, onward.axis) = (direction, frame(direction).0);
-        let density = self.density(direction);
-        (density > 0.0).then_some(density)
     }
 }

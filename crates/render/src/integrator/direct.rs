@@ -34,23 +34,19 @@ use crate::sampler::Choices;
 /// one would find it once in thousands of times, and then count for little.
 const LOOKS_FOR_SUN: f64 = 0.01;
 
-/// A surface, at the place where a path has met it, that sends light on in more than single directions.
-pub(super) trait Scatters {
-    /// Probability per solid angle with which the surface itself sends its branch on in a direction; more than 0 wherever
-    /// [`Scatters::evaluate`] gives anything.
-    fn density(&self, direction: Vec3) -> f64;
-
-    /// Sixteen directions that are as likely as [`Scatters::lanes`] tells, from points of the unit square; where it fails, ways that
+/// What many directions are drawn by together.
+pub(super) trait Draws {
+    /// Sixteen directions that are as likely as [`Draws::lanes`] tells, from points of the unit square; where it fails, ways that
     /// the surface does not go.
     fn draw_lanes<S: Simd>(&self, simd: S, points: &[(f64, f64); LANES], choices: &mut Choices) -> [f32x16<S>; 3];
 
     /// Of sixteen directions how likely each is drawn, per solid angle, and what is in proportion to about the light that goes on from
     /// there: more than 0 wherever there is any.
     fn lanes<S: Simd>(&self, simd: S, ways: &[f32x16<S>; 3]) -> [f32x16<S>; 2];
+}
 
-    /// The normal of the surface itself on the side from which the path has come.
-    fn facing(&self) -> Vec3;
-
+/// What sends a path on.
+pub(super) trait Sends {
     /// Makes of `onward`, a copy of the path at the surface, the path that goes on in `direction`, and gives the factor by
     /// which all its weights are still to be multiplied: both together are BSDF times cosine.
     /// `None` where nothing goes there.
@@ -68,13 +64,31 @@ pub(super) trait Scatters {
     ) -> Option<f64>;
 }
 
+/// A surface, at the place where a path has met it, that sends light on in more than single directions.
+pub(super) trait Scatters: Draws + Sends {
+    /// Probability per solid angle with which the surface itself sends its branch on in a direction; more than 0 wherever
+    /// [`Sends::evaluate`] gives anything.
+    fn density(&self, direction: Vec3) -> f64;
+
+    /// The normal of the surface itself on the side from which the path has come.
+    fn facing(&self) -> Vec3;
+}
+
 /// A light that was sampled: where it is seen, how far away, and its contribution's divisor: the probability per solid angle
 /// with which it was found there, by all techniques that share it.
-struct Sampled {
+pub(super) struct Sampled {
     light: LightId,
-    direction: Vec3,
+    pub(super) direction: Vec3,
     distance: f64,
-    density: f64,
+    pub(super) density: f64,
+}
+
+/// One of the directions that were looked at together.
+pub(super) struct Chosen {
+    pub(super) sampled: Sampled,
+    /// Its lane, and what [`Draws::lanes`] has told of it.
+    pub(super) lane: usize,
+    pub(super) target: f64,
 }
 
 impl Tracer<'_> {
@@ -86,6 +100,7 @@ impl Tracer<'_> {
         simd: S,
         path: &Path,
         scatters: &impl Scatters,
+        with_maps: bool,
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) {
@@ -111,13 +126,17 @@ impl Tracer<'_> {
                     (lights.id(at), picks)
                 }
             };
-            let sampled = if light == LightId::Maps {
-                simd.vectorize(
+            let sampled = if light != LightId::Maps {
+                let sampled = self.sample_light(path.hit.point, scatters, light, picks, choices);
+                sampled.filter(|sampled| scatters.density(sampled.direction) > 0.0)
+            } else if with_maps {
+                let chosen = simd.vectorize(
                     #[inline(always)]
                     || self.sample_maps(simd, scatters, choices),
-                )
+                );
+                chosen.map(|chosen| chosen.sampled)
             } else {
-                self.sample_light(path.hit.point, scatters, light, picks, choices)
+                None
             };
             if let Some(sampled) = sampled {
                 self.connect(simd, path, scatters, &sampled, sums, choices);
@@ -134,34 +153,37 @@ impl Tracer<'_> {
 
     /// Samples the maps: one of thirty-two directions, by their light and the surface.
     #[inline(always)]
-    fn sample_maps<S: Simd>(&self, simd: S, scatters: &impl Scatters, choices: &mut Choices) -> Option<Sampled> {
+    pub(super) fn sample_maps<S: Simd>(&self, simd: S, draws: &impl Draws, choices: &mut Choices) -> Option<Chosen> {
         let lights = &self.spectra.lights;
         let sampler = lights.sampler.as_ref()?;
-        let drawn = sampler.draw_lanes(simd, &lattice(choices.pair()));
-        let own = scatters.draw_lanes(simd, &lattice(choices.pair()), choices);
-        let halves = [drawn, (own, sampler.around(&own))];
-        let (mut targets, mut sums) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
-        let mut all = 0.0;
+        let (drawn, drawn_densities) = sampler.draw_lanes(simd, &choices.pairs(LANES as u32).points());
+        let own = draws.draw_lanes(simd, &lattice(choices.pair()), choices);
+        let halves = [drawn, own].map(|ways| (ways, sampler.around(simd, &ways)));
+        let (zero, each) = (f32x16::splat(simd, 0.0), 1.0 / LANES as f32);
+        let [mut targets, mut parts] = [[zero; 2]; 2];
         for (half, (ways, around)) in halves.iter().enumerate() {
-            let [density, target] = scatters.lanes(simd, ways).map(|lanes| lanes.to_array());
-            for lane in 0..LANES {
-                // Every colour counts: what is seen may have gone through a filter.
-                targets[half][lane] = if target[lane] > 0.0 { target[lane] * around.lights[lane] } else { 0.0 };
-                all += f64::from(targets[half][lane] / (LANES as f32 * (density[lane] + around.densities[lane])));
-                sums[half][lane] = all;
-            }
+            let [density, target] = draws.lanes(simd, ways);
+            targets[half] = target.max(zero) * around.lights;
+            // By the balance heuristic of about how likely the map is to draw it; over how likely it was.
+            let about = around.densities;
+            let over = if half == 0 { about / drawn_densities } else { f32x16::splat(simd, 1.0) };
+            parts[half] = targets[half] * over * each / (density + about);
         }
+        let all = parts.map(|part| part.reduce_sum());
         // They lie in order: the samples of a pixel, whose numbers here are spread out, take from all of them.
-        let taken = all * choices.pair().0;
-        let at = sums.as_flattened().iter().position(|sum| *sum > taken)?;
-        let (half, lane) = (at / LANES, at % LANES);
+        let mut taken = (all[0] + all[1]) * choices.pair().0 as f32;
+        let half = usize::from(taken >= all[0]);
+        taken -= if half == 0 { 0.0 } else { all[0] };
+        let lane = lane_of(&parts[half].to_array(), taken)?;
         let [x, y, z] = halves[half].0.map(|lanes| f64::from(lanes.to_array()[lane]));
-        Some(Sampled {
+        let target = targets[half].to_array()[lane];
+        let sampled = Sampled {
             light: LightId::Maps,
             direction: Vec3::new(x, y, z).normalized(),
             distance: f64::INFINITY,
-            density: f64::from(targets[half][lane]) / all,
-        })
+            density: f64::from(target) / f64::from(all[0] + all[1]),
+        };
+        Some(Chosen { sampled, lane, target: f64::from(target / halves[half].1.lights.to_array()[lane]) })
     }
 
     /// Samples a light that is sampled so many times on average.
@@ -200,18 +222,17 @@ impl Tracer<'_> {
 
     /// Adds the light that arrives from a direction over its density, if nothing but films stands before it.
     #[inline(always)]
-    fn connect<S: Simd>(
+    pub(super) fn connect<S: Simd>(
         &mut self,
         simd: S,
         path: &Path,
-        scatters: &impl Scatters,
+        sends: &impl Sends,
         sampled: &Sampled,
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) {
         let &Sampled { light, direction, distance, density } = sampled;
-        let is_told = light == LightId::Maps;
-        if !(density > 0.0 && density < f64::INFINITY && (is_told || scatters.density(direction) > 0.0)) {
+        if !(density > 0.0 && density < f64::INFINITY) {
             return;
         }
         let scene = self.scene;
@@ -225,7 +246,7 @@ impl Tracer<'_> {
         }
         let Some(slot) = self.free.pop() else { unreachable!("one slot is kept for this") };
         let mut way = *path;
-        if let Some(value) = scatters.evaluate(simd, self, &mut way, direction, slot) {
+        if let Some(value) = sends.evaluate(simd, self, &mut way, direction, slot) {
             if scene.has_priorities {
                 if way.medium != path.medium {
                     // It passed the surface: what is hidden from there may be another.
@@ -442,7 +463,7 @@ impl Tracer<'_> {
 
 /// A lattice of sixteen points, moved about, in the order of their second numbers: each of them is anywhere, and together they lie evenly.
 #[inline(always)]
-fn lattice((a, b): (f64, f64)) -> [(f64, f64); LANES] {
+pub(super) fn lattice((a, b): (f64, f64)) -> [(f64, f64); LANES] {
     let count = LANES as f64;
     let lowest = LANES - (b * count) as usize;
     std::array::from_fn(|i| {
@@ -451,6 +472,18 @@ fn lattice((a, b): (f64, f64)) -> [(f64, f64); LANES] {
         let bits = (number as u8).reverse_bits() >> 4;
         (wrapped(a + f64::from(bits) / count), wrapped(b + number as f64 / count))
     })
+}
+
+/// Which of sixteen parts a number falls into that is below their sum; the last of them where rounding leads beyond. `None` where there are
+/// none.
+#[inline(always)]
+pub(super) fn lane_of(parts: &[f32; LANES], number: f32) -> Option<usize> {
+    let mut sum = 0.0;
+    let found = parts.iter().position(|part| {
+        sum += part;
+        sum > number
+    });
+    found.or_else(|| parts.iter().rposition(|part| *part > 0.0))
 }
 
 /// Into [0, 1).

@@ -6,10 +6,10 @@ use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_numerics::lanes::Singles as Lanes;
 
 use super::Tracer;
-use super::direct::Scatters;
+use super::direct::{Draws, Scatters, Sends};
 use super::path::Path;
 use crate::coating::{IndexTable, LayersAt, Sequence};
-use crate::facet_lanes::{dot, single_points, world_lanes};
+use crate::facet_lanes::{dot, escapes, single_points, world_lanes};
 use crate::film::{Beam, FilmTable, Phase, Response};
 use crate::medium_stack::MediumStack;
 use crate::microfacet::{Microfacets, Wanderer};
@@ -158,11 +158,15 @@ impl Scatters for Facets<'_> {
         let Some((h, density, is_mirrored)) = self.towards(direction) else { return 0.0 };
         density * self.share(h, is_mirrored)
     }
+}
 
+impl Draws for Facets<'_> {
     #[inline(always)]
     fn draw_lanes<S: Simd>(&self, simd: S, points: &[(f64, f64); LANES], choices: &mut Choices) -> [f32x16<S>; 3] {
         if self.only_mirrors() {
-            let local = self.ray.mirrored_lanes(&self.spread, single_points(simd, points));
+            let points = single_points(simd, points);
+            let ray = self.ray.lanes(points[0], &self.spread);
+            let local = ray.mirrored(&ray.facets(&self.spread, points));
             return world_lanes(&local, self.frame.axes());
         }
         let mut ways = [[0.0; LANES]; 3];
@@ -182,7 +186,9 @@ impl Scatters for Facets<'_> {
             if self.is_dark[0] {
                 return [zero; 2];
             }
-            let [density, escape] = self.ray.mirror_densities(&self.spread, &self.frame.local_lanes(ways));
+            let local = self.frame.local_lanes(ways);
+            let density = self.ray.lanes(zero, &self.spread).densities(&self.spread, &local);
+            let escape = escapes(&self.spread, self.ray.log2_height(), &local);
             // A direction that only the shading normal takes for one of this side does not leave the surface.
             let target = (density * escape).copysign(dot(ways, self.facing)).max(zero);
             return [density, target];
@@ -198,7 +204,9 @@ impl Scatters for Facets<'_> {
         }
         [densities, targets].map(|lanes| f32x16::from_slice(simd, &lanes))
     }
+}
 
+impl Sends for Facets<'_> {
     #[inline(always)]
     fn evaluate<S: Simd>(
         &self,

@@ -23,6 +23,7 @@ mod escape;
 mod escaped;
 pub mod extras;
 mod facets;
+mod fan;
 mod found;
 mod onward;
 mod parted;
@@ -39,6 +40,7 @@ use iridesce_numerics::lanes::Singles as Lanes;
 
 use self::escaped::Escaped;
 use self::extras::Extras;
+use self::fan::BRANCHES;
 use self::path::{Continuation, Lot, Path, Scattered, Since, Sums};
 use crate::camera::Ray;
 use crate::caustics::Memory;
@@ -64,10 +66,6 @@ pub const GROUP: u32 = 4;
 /// Probability to survive at hits beyond `max_depth` where hardly anything may be lost, diffuse ones and those of very long walks:
 /// without it a walk among perfect whites, or within perfect mirrors, would never end.
 const LATE_SURVIVAL: f32 = 0.95;
-
-/// Most branches that an opaque surface sends on of a path that comes to it unscattered: what others mirror of each other is looked for by
-/// them alone, and most leave the scene.
-const BRANCHES: usize = 4;
 
 /// Planes of incidence closer than this (sine of the angle between them) count as one: the second-order error is 1e-10.
 const SAME_PLANE: f64 = 1e-5;
@@ -297,6 +295,7 @@ impl<'a> Tracer<'a> {
             slot,
             hits: 0,
             floor: scene.floors.faint,
+            is_whole: true,
             is_sparse: false,
             lot: if scene.floors.are_even { Lot::EVEN } else { Lot::SINGLE },
             medium: scene.enclosing_media(&ray),

@@ -19,6 +19,8 @@ pub(super) struct Path {
     pub(super) hits: u32,
     /// The luminance below which it survives only by chance.
     pub(super) floor: f32,
+    /// No surface has sent it on by chance.
+    pub(super) is_whole: bool,
     /// It stands for those of all samples of its group.
     pub(super) is_sparse: bool,
     /// What decides whether it survives.

@@ -14,10 +14,8 @@ use iridesce_numerics::Vec3;
 use super::direct::Scatters;
 use super::facets::{Facets, Stack, scaled};
 use super::path::{Continuation, Path, Scattered, Since, Sums};
-use super::{BRANCHES, LATE_SURVIVAL, Tracer};
-use crate::camera::Ray;
+use super::{LATE_SURVIVAL, Tracer};
 use crate::coating::LayersAt;
-use crate::geometry::Hit;
 use crate::materials::CoatedSurface;
 use crate::microfacet::Wanderer;
 use crate::refraction::{is_parted, ratio};
@@ -76,59 +74,41 @@ impl<'a> Tracer<'a> {
             parted: is_parted.then_some((media, &bands.chances[..])),
         };
         facets.ray.meets_facet(&facets.spread, choices.next().into());
-        self.light_facet(simd, path, &facets, sums, choices);
-        let branches = if coating.is_opaque { self.branches(path, arriving) } else { 1 };
-        if branches > 1 {
-            self.scale(simd, path, 1.0 / branches as f32);
-        }
-        let mut goes_on = false;
-        let pairs = choices.pairs(branches as u32);
-        for number in (0..branches).rev() {
-            let first = (facets.ray.facet(&facets.spread, pairs.point(number as u32)), f64::from(choices.next()));
-            if number > 0 && self.finds_nothing(&hit, &facets, first) {
-                continue;
-            }
-            let mut branch = *path;
-            if number > 0 {
-                let Some(slot) = self.free.pop() else { unreachable!("slots are kept for these") };
-                self.copy_slot(&mut branch, slot);
-            }
-            let mut own = facets;
-            goes_on =
-                self.walk(simd, &mut branch, &mut own, first, sums, choices).is_some_and(|(luminance, density)| {
-                    branch.medium = [medium, sides.beyond][usize::from(own.ray.is_below)];
-                    let scattered = (density > 0.0).then_some(Scattered { origin: hit.point, density });
-                    self.leave_rough(simd, &mut branch, (facing, luminance), branches, scattered, sums, choices)
-                });
-            match number {
-                0 => *path = branch,
-                _ if goes_on => self.waiting.push(branch),
-                _ => self.free.push(branch.slot),
-            }
-        }
+        self.light_facet(simd, path, &facets, true, sums, choices);
+        let goes_on = if coating.is_opaque && self.looks_closely(path) {
+            self.send_fan(simd, path, &facets, arriving, sums, choices);
+            false
+        } else {
+            let first = (facets.ray.facet(&facets.spread, choices.pair()), f64::from(choices.next()), false);
+            self.send_one(simd, path, facets, first, 1.0, sums, choices)
+        };
         self.thicknesses = thicknesses;
         goes_on
     }
 
-    /// Whether a ray that a facet mirrors gets out, by this random number, and leaves the scene where the lights have been sampled.
-    fn finds_nothing(&self, hit: &Hit, facets: &Facets<'_>, (facet, random): (Vec3, f64)) -> bool {
-        let mut ray = facets.ray.mirrored(facet);
-        if !self.spectra.lights.are_all_sampled() || ray.meets_facet(&facets.spread, random) {
-            return false;
-        }
-        let direction = facets.frame.world(ray.direction).normalized();
-        facets.density(direction) > 0.0
-            && self.scene.geometry.nearest(&Ray { origin: hit.point, direction }, Some(hit)).is_none()
-    }
-
-    /// How many branches a surface sends on of a path that carries so much and has not been scattered before. (Where they find light far
-    /// away, too, four cost more than they win: `beetle` 1.4 times the time for 0.85 of the variance.)
+    /// Sends a branch on from the first facet of a walk, which the lights have been asked of, with the random number by which it gets out
+    /// from there; it carries this share of the light.
     #[inline(always)]
-    fn branches(&self, path: &Path, luminance: f32) -> usize {
-        let is_first = self.spectra.lights.are_all_sampled()
-            && path.floor <= self.scene.floors.faint
-            && path.hits < self.scene.max_depth;
-        if is_first { ((BRANCHES as f32 * luminance).ceil() as usize).clamp(1, BRANCHES) } else { 1 }
+    #[expect(clippy::too_many_arguments, reason = "plain values of one hit; a struct of them passes through memory")]
+    pub(super) fn send_one<S: Simd>(
+        &mut self,
+        simd: S,
+        path: &mut Path,
+        mut facets: Facets<'_>,
+        first: (Vec3, f64, bool),
+        share: f32,
+        sums: &mut Sums<S>,
+        choices: &mut Choices,
+    ) -> bool {
+        // One copy of it in the program.
+        let walked = simd.vectorize(
+            #[inline(always)]
+            || self.walk(simd, path, &mut facets, first, sums, choices),
+        );
+        let Some((luminance, density)) = walked else { return false };
+        path.medium = facets.media[usize::from(facets.ray.is_below)];
+        let scattered = (density > 0.0).then_some(Scattered { origin: path.hit.point, density });
+        self.leave_rough(simd, path, (facets.facing, luminance), share, scattered, sums, choices)
     }
 
     /// From the first facet, which the lights have been asked of and which is drawn, with the random number by which the ray gets out from
@@ -140,7 +120,7 @@ impl<'a> Tracer<'a> {
         simd: S,
         path: &mut Path,
         facets: &mut Facets<'_>,
-        (first, random): (Vec3, f64),
+        (first, random, second_is_lit): (Vec3, f64, bool),
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) -> Option<(f32, f64)> {
@@ -155,7 +135,8 @@ impl<'a> Tracer<'a> {
                     found = Some((luminance, density));
                     break;
                 }
-                self.light_facet(simd, path, facets, sums, choices);
+                // What a second one sends on may be known already.
+                self.light_facet(simd, path, facets, number > 1 || !second_is_lit, sums, choices);
             }
             if self.is_given_up() {
                 break;
@@ -224,12 +205,13 @@ impl<'a> Tracer<'a> {
         simd: S,
         path: &Path,
         facets: &Facets<'_>,
+        with_maps: bool,
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) {
         simd.vectorize(
             #[inline(always)]
-            || self.direct_light(simd, path, facets, sums, choices),
+            || self.direct_light(simd, path, facets, with_maps, sums, choices),
         );
     }
 
@@ -297,7 +279,7 @@ impl<'a> Tracer<'a> {
         sums.0 = xyz;
     }
 
-    /// A path that has got out from among facets, one of so many branches: what it comes to.
+    /// A path that has got out from among facets, with this share of the light: what it comes to.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "plain values of one hit; a struct of them passes through memory")]
     pub(super) fn leave_rough<S: Simd>(
@@ -305,7 +287,7 @@ impl<'a> Tracer<'a> {
         simd: S,
         path: &mut Path,
         (facing, luminance): (Vec3, f32),
-        branches: usize,
+        share: f32,
         scattered: Option<Scattered>,
         sums: &mut Sums<S>,
         choices: &mut Choices,
@@ -328,7 +310,7 @@ impl<'a> Tracer<'a> {
         }
         if path.hits <= self.scene.max_depth {
             // All of them together are looked at as closely as one.
-            self.raise_floor(path, branches as f32 * luminance);
+            self.raise_floor(path, luminance / share);
         }
         true
     }

@@ -46,7 +46,7 @@ impl<'a> Tracer<'a> {
                 gets_out = true;
                 break;
             }
-            self.light_facet(simd, &mirrored, &facets, sums, choices);
+            self.light_facet(simd, &mirrored, &facets, true, sums, choices);
             let before = facets;
             luminance = self.film_facet(simd, &mut mirrored, path, &mut facets, number == 0, choices);
             density = before.density(mirrored.direction);

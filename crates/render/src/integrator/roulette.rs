@@ -183,6 +183,7 @@ impl Tracer<'_> {
     /// surface matters less.
     #[inline(always)]
     pub(super) fn raise_floor(&self, path: &mut Path, luminance: f32) {
+        path.is_whole = false;
         path.floor = path.floor.max(self.scene.floors.share * luminance);
     }
 

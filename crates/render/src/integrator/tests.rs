@@ -50,6 +50,7 @@ fn over_plates(index: Complex64, plates: &[Plate]) -> (Vec<f64>, Vec<[f64; 2]>) 
             hits: 0,
             medium: MediumStack::default(),
             floor: 0.0,
+            is_whole: true,
             is_sparse: false,
             lot: Lot::SINGLE,
             in_plane: true,
