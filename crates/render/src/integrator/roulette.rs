@@ -213,12 +213,12 @@ impl Tracer<'_> {
             path.lot.renew();
             return odds > 0.0;
         }
-        self.add_least_light(simd, path, 1.0, sums);
         let survives = number < f64::from(odds);
+        // For certain what it finds at least; less what it goes on with, should it do so.
+        self.add_least_light(simd, path, if survives { 1.0 - 1.0 / odds } else { 1.0 }, sums);
         if survives {
             path.lot.spend(number, odds);
             self.scale(simd, path, 1.0 / odds);
-            self.add_least_light(simd, path, -1.0, sums);
         }
         survives
     }
