@@ -282,18 +282,24 @@ impl Facets<'_> {
             let factor = self.ray.escape_beyond(&self.spread, local) / density;
             self.refract_by_node(simd, tracer, onward, local, factor as f32);
         } else {
-            let cos_theta = (-onward.direction.dot(h)).clamp(0.0, 1.0) as f32;
-            for block in 0..tracer.blocks {
-                let response = self.stack.response(simd, self.ray.is_below, block, cos_theta);
-                let matrix = if is_mirrored { &response.reflect } else { &response.transmit };
-                let out = matrix.carry(&tracer.beam(simd, onward, block));
-                tracer.store_beam(onward, block, &out);
-            }
+            self.respond(simd, tracer, onward, h, is_mirrored);
         }
         onward.direction = direction;
         onward.is_unpolarized = false;
         onward.medium = self.media[usize::from(direction.dot(self.facing) < 0.0)];
         Some(density)
+    }
+
+    /// Makes of what a path carries, told in the plane of incidence of a facet, what that mirrors of it, or passes.
+    #[inline(always)]
+    pub(super) fn respond<S: Simd>(&self, simd: S, tracer: &mut Tracer<'_>, path: &Path, h: Vec3, mirrors: bool) {
+        let cos_theta = (-path.direction.dot(h)).clamp(0.0, 1.0) as f32;
+        for block in 0..tracer.blocks {
+            let response = self.stack.response(simd, self.ray.is_below, block, cos_theta);
+            let matrix = if mirrors { &response.reflect } else { &response.transmit };
+            let out = matrix.carry(&tracer.beam(simd, path, block));
+            tracer.store_beam(path, block, &out);
+        }
     }
 
     /// Makes of what a path carries what goes through the facets into a direction of the surface's frame, each node by its own facet

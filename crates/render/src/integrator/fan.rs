@@ -115,12 +115,7 @@ impl Sends for Pair<'_> {
         let second = (direction - between).normalized();
         for (h, out) in [(facets.frame.world(self.first), between), (second, direction)] {
             tracer.rotate_stokes_frame_to(simd, onward, h);
-            let cos_theta = (-onward.direction.dot(h)).clamp(0.0, 1.0) as f32;
-            for block in 0..tracer.blocks {
-                let response = facets.stack.response(simd, false, block, cos_theta);
-                let out = response.reflect.carry(&tracer.beam(simd, onward, block));
-                tracer.store_beam(onward, block, &out);
-            }
+            facets.respond(simd, tracer, onward, h, true);
             onward.direction = out;
             onward.is_unpolarized = false;
         }
