@@ -302,6 +302,27 @@ def test_a_bright_patch_of_a_map_is_looked_for(surface, tmp_path, monkeypatch):
     assert y.std() < 0.5 * y.mean()
 
 
+@pytest.mark.parametrize(("height", "texel"), [(512, (200, 300)), (512, (203, 302)), (2048, (800, 1200))], ids=str)
+def test_a_sun_of_one_texel_gives_all_of_its_light(height, texel, tmp_path, monkeypatch):
+    """What is between the middles of texels is looked up between them, so that more than half of the light of one lies beyond
+    its edges. Against a lamp from there with the irradiance radiance times solid angle, over a matt ball."""
+    monkeypatch.chdir(tmp_path)
+    width, (row, column) = 2 * height, texel
+    sun = np.full((height, width, 3), 0.01, dtype=np.float32)
+    sun[row, column] = 1e5 * (height / 512) ** 2
+    environment.write_exr(tmp_path / "sun.exr", sun)
+    ball, camera = sphere([0.0] * 3, 1.0, diffuse(0.5)), view([0.0, 0.5, 6.0], [0.0] * 3, (32, 32), fov_deg=22.0)
+    theta, azimuth = np.pi * (row + 0.5) / height, 2.0 * np.pi * ((column + 0.5) / width - 0.5)
+    towards_sun = [np.sin(theta) * np.sin(azimuth), np.cos(theta), -np.sin(theta) * np.cos(azimuth)]
+    irradiance = float(sun[row, column, 0]) * 2.0 * np.pi / width * np.pi / height * np.sin(theta)
+    lamp = {"directional": {"direction": towards_sun, "illuminant": "D65", "irradiance": irradiance}}
+    told = shot(camera, [ball], [lamp, lit("D65", 0.01)], samples=64)[..., 1].mean()
+    maps = [
+        shot(camera, [ball], [{"environment": {"map": "sun.exr"}}], 64, seed)[..., 1].mean() for seed in range(1, 5)
+    ]
+    assert abs(np.mean(maps) / told - 1.0) < 0.01, (maps, told)
+
+
 @pytest.mark.parametrize("roughness", [0.3, 0.6, 1.0, [0.2, 0.7]], ids=str)
 def test_furnace_of_a_map(roughness, tmp_path, monkeypatch):
     """An opaque surface that takes nothing away is as bright as the map around it: by its own light, by that of two facets one

@@ -156,18 +156,16 @@ impl Tracer<'_> {
     pub(super) fn sample_maps<S: Simd>(&self, simd: S, draws: &impl Draws, choices: &mut Choices) -> Option<Chosen> {
         let lights = &self.spectra.lights;
         let sampler = lights.sampler.as_ref()?;
-        let (drawn, drawn_densities) = sampler.draw_lanes(simd, &choices.pairs(LANES as u32).points());
+        let drawn = sampler.draw_lanes(simd, &choices.pairs(LANES as u32).points());
         let own = draws.draw_lanes(simd, &lattice(choices.pair()), choices);
         let halves = [drawn, own].map(|ways| (ways, sampler.around(simd, &ways)));
         let (zero, each) = (f32x16::splat(simd, 0.0), 1.0 / LANES as f32);
         let [mut targets, mut parts] = [[zero; 2]; 2];
         for (half, (ways, around)) in halves.iter().enumerate() {
             let [density, target] = draws.lanes(simd, ways);
+            // Every colour counts: what is seen may have gone through a filter.
             targets[half] = target.max(zero) * around.lights;
-            // By the balance heuristic of about how likely the map is to draw it; over how likely it was.
-            let about = around.densities;
-            let over = if half == 0 { about / drawn_densities } else { f32x16::splat(simd, 1.0) };
-            parts[half] = targets[half] * over * each / (density + about);
+            parts[half] = targets[half] * each / (density + around.densities);
         }
         let all = parts.map(|part| part.reduce_sum());
         // They lie in order: the samples of a pixel, whose numbers here are spread out, take from all of them.

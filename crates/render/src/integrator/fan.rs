@@ -10,20 +10,17 @@ use fearless_simd::{Simd, f32x16, prelude::*};
 use iridesce_numerics::Vec3;
 use iridesce_numerics::lanes::SINGLES as LANES;
 
-use super::Tracer;
 use super::direct::{Chosen, Draws, Sends, lane_of};
 use super::facets::Facets;
 use super::path::{Path, Sums};
+use super::{BRANCHES, Tracer};
 use crate::camera::Ray;
 use crate::facet_lanes::{RayLanes, dot, escapes, escapes_after, single_points, world_lanes};
 use crate::geometry::Hit;
 use crate::sampler::Choices;
 
-/// Most branches: those that get out at once, and one that meets a second facet.
-pub(super) const BRANCHES: usize = OUT + 1;
-
-/// Most branches that get out at once.
-const OUT: usize = 2;
+/// Most branches that get out at once; one more meets a second facet.
+const OUT: usize = BRANCHES - 1;
 
 /// How many times as often as light meets a second facet that is followed, and its light from far away is looked for.
 const FOLLOWED: f32 = 4.0;

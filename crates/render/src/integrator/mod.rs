@@ -40,7 +40,6 @@ use iridesce_numerics::lanes::Singles as Lanes;
 
 use self::escaped::Escaped;
 use self::extras::Extras;
-use self::fan::BRANCHES;
 use self::path::{Continuation, Lot, Path, Scattered, Since, Sums};
 use crate::camera::Ray;
 use crate::caustics::Memory;
@@ -66,6 +65,9 @@ pub const GROUP: u32 = 4;
 /// Probability to survive at hits beyond `max_depth` where hardly anything may be lost, diffuse ones and those of very long walks:
 /// without it a walk among perfect whites, or within perfect mirrors, would never end.
 const LATE_SURVIVAL: f32 = 0.95;
+
+/// Most branches that an opaque rough surface sends on of a path that comes to it unscattered ([`fan`]).
+const BRANCHES: usize = 3;
 
 /// Planes of incidence closer than this (sine of the angle between them) count as one: the second-order error is 1e-10.
 const SAME_PLANE: f64 = 1e-5;
