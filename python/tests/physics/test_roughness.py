@@ -304,8 +304,8 @@ def test_a_bright_patch_of_a_map_is_looked_for(surface, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(("height", "texel"), [(512, (200, 300)), (512, (203, 302)), (2048, (800, 1200))], ids=str)
 def test_a_sun_of_one_texel_gives_all_of_its_light(height, texel, tmp_path, monkeypatch):
-    """What is between the middles of texels is looked up between them, so that more than half of the light of one lies beyond
-    its edges. Against a lamp from there with the irradiance radiance times solid angle, over a matt ball."""
+    """What is between the middles of texels is looked up between them, so that 44 % of the light of one lie beyond its
+    edges. Against a lamp from there with the irradiance radiance times solid angle, over a matt ball."""
     monkeypatch.chdir(tmp_path)
     width, (row, column) = 2 * height, texel
     sun = np.full((height, width, 3), 0.01, dtype=np.float32)
