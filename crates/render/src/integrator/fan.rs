@@ -13,6 +13,7 @@ use iridesce_numerics::lanes::SINGLES as LANES;
 use super::direct::{Chosen, Draws, Sends, lane_of};
 use super::facets::Facets;
 use super::path::{Path, Sums};
+use super::rough::First;
 use super::{BRANCHES, Tracer};
 use crate::camera::Ray;
 use crate::facet_lanes::{RayLanes, dot, escapes, escapes_after, single_points, world_lanes};
@@ -145,17 +146,19 @@ impl Tracer<'_> {
         );
         let blocked = fan.escape.map(|escape| 1.0 - escape);
         let [out, inside] = [&fan.escape, &blocked].map(|shares| shares.iter().sum::<f32>());
-        let ((number, first), (at, height)) = (choices.pair(), choices.pair());
+        // Which way out, whether second facets are lit, which is followed, and how high that lies.
+        let ((lit, place), (at, height)) = (choices.pair(), choices.pair());
 
         let branches = ((OUT as f32 * luminance).ceil() as usize).clamp(1, OUT);
         let share = out / (LANES * branches) as f32;
         for branch in 0..branches {
-            let Some(lane) = lane_of(&fan.escape, out * (branch as f32 + first as f32) / branches as f32) else {
+            let Some(lane) = lane_of(&fan.escape, out * (branch as f32 + place as f32) / branches as f32) else {
                 break;
             };
-            let h = fan.facet(lane);
-            if self.meets_something(&path.hit, facets, h) {
-                self.send(simd, path, facets, (h, 0.0, false), share, sums, choices);
+            let facet = fan.facet(lane);
+            if self.meets_something(&path.hit, facets, facet) {
+                let first = First { facet, random: 0.0, second_is_lit: false };
+                self.send(simd, path, facets, first, share, sums, choices);
             }
         }
 
@@ -163,7 +166,7 @@ impl Tracer<'_> {
         // (What carries no luminance may still carry colour.)
         let seen = share * luminance.max(1e-3);
         let odds = (LIT * seen).min(1.0);
-        if odds > 0.0 && !facets.is_dark[0] && number < f64::from(odds) {
+        if odds > 0.0 && !facets.is_dark[0] && lit < f64::from(odds) {
             simd.vectorize(
                 #[inline(always)]
                 || self.light_seconds(simd, path, facets, (&fan, odds), sums, choices),
@@ -174,9 +177,10 @@ impl Tracer<'_> {
             && at < f64::from(odds)
             && let Some(lane) = lane_of(&blocked, inside * (at as f32 / odds))
         {
-            let h = fan.facet(lane);
-            let random = facets.ray.mirrored(h).blocking(&facets.spread, height);
-            self.send(simd, path, facets, (h, random, true), share / odds, sums, choices);
+            let facet = fan.facet(lane);
+            let random = facets.ray.mirrored(facet).blocking(&facets.spread, height);
+            let first = First { facet, random, second_is_lit: true };
+            self.send(simd, path, facets, first, share / odds, sums, choices);
         }
     }
 
@@ -214,7 +218,7 @@ impl Tracer<'_> {
         simd: S,
         path: &Path,
         facets: &Facets<'_>,
-        first: (Vec3, f64, bool),
+        first: First,
         share: f32,
         sums: &mut Sums<S>,
         choices: &mut Choices,

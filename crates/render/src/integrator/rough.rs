@@ -28,6 +28,17 @@ pub(super) const MOST_FACETS: u32 = 64;
 /// Least probability of either way at a facet that mirrors and refracts: a way without luminance may carry colour.
 const LEAST_CHANCE: f32 = 0.02;
 
+/// How a walk begins, at a facet that the lights have been asked of.
+#[derive(Clone, Copy)]
+pub(super) struct First {
+    /// The normal of the facet, in the frame of the surface.
+    pub(super) facet: Vec3,
+    /// The random number by which the ray gets out from there, or meets a second one.
+    pub(super) random: f64,
+    /// The maps have been asked of second facets.
+    pub(super) second_is_lit: bool,
+}
+
 impl<'a> Tracer<'a> {
     /// What a path finds at a rough coated or bare surface; it goes on as `path`, or not at all.
     #[inline(always)]
@@ -79,7 +90,8 @@ impl<'a> Tracer<'a> {
             self.send_fan(simd, path, &facets, arriving, sums, choices);
             false
         } else {
-            let first = (facets.ray.facet(&facets.spread, choices.pair()), f64::from(choices.next()), false);
+            let facet = facets.ray.facet(&facets.spread, choices.pair());
+            let first = First { facet, random: choices.next().into(), second_is_lit: false };
             self.send_one(simd, path, facets, first, 1.0, sums, choices)
         };
         self.thicknesses = thicknesses;
@@ -95,7 +107,7 @@ impl<'a> Tracer<'a> {
         simd: S,
         path: &mut Path,
         mut facets: Facets<'_>,
-        first: (Vec3, f64, bool),
+        first: First,
         share: f32,
         sums: &mut Sums<S>,
         choices: &mut Choices,
@@ -120,7 +132,7 @@ impl<'a> Tracer<'a> {
         simd: S,
         path: &mut Path,
         facets: &mut Facets<'_>,
-        (first, random, second_is_lit): (Vec3, f64, bool),
+        first: First,
         sums: &mut Sums<S>,
         choices: &mut Choices,
     ) -> Option<(f32, f64)> {
@@ -130,18 +142,18 @@ impl<'a> Tracer<'a> {
         let mut density = 0.0;
         for number in 0..MOST_FACETS {
             if number > 0 {
-                let random = if number == 1 { random } else { choices.next().into() };
+                let random = if number == 1 { first.random } else { choices.next().into() };
                 if !facets.ray.meets_facet(&facets.spread, random) {
                     found = Some((luminance, density));
                     break;
                 }
                 // What a second one sends on may be known already.
-                self.light_facet(simd, path, facets, number > 1 || !second_is_lit, sums, choices);
+                self.light_facet(simd, path, facets, number > 1 || !first.second_is_lit, sums, choices);
             }
             if self.is_given_up() {
                 break;
             }
-            let local = if number == 0 { first } else { facets.ray.facet(&facets.spread, choices.pair()) };
+            let local = if number == 0 { first.facet } else { facets.ray.facet(&facets.spread, choices.pair()) };
             let h = facets.frame.world(local);
             self.rotate_stokes_frame_to(simd, path, h);
             path.is_unpolarized = false;
