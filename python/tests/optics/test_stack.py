@@ -359,9 +359,13 @@ def test_other_threads_run_meanwhile() -> None:
 
     thread = threading.Thread(target=tick)
     thread.start()
-    start = time.monotonic()
-    long_job().reflectance(np.linspace(400.0, 700.0, 200_000))
-    end = time.monotonic()
+    # On a machine with much else to do the other thread may not get its turn in one of them.
+    for _ in range(20):
+        start = time.monotonic()
+        long_job().reflectance(np.linspace(400.0, 700.0, 200_000))
+        end = time.monotonic()
+        if sum(start < t < end for t in ticks) >= 5:
+            break
     done.set()
     thread.join()
     assert sum(start < t < end for t in ticks) >= 5, "the interpreter was held all the time"
