@@ -168,7 +168,7 @@ impl Tracer<'_> {
             parts[half] = targets[half] * each / (density + around.densities);
         }
         let all = parts.map(|part| part.reduce_sum());
-        // They lie in order: the samples of a pixel, whose numbers here are spread out, take from all of them.
+        // The surface's own lie in order: the samples of a pixel, whose numbers here are spread out, take from all of them.
         let mut taken = (all[0] + all[1]) * choices.pair().0 as f32;
         let half = usize::from(taken >= all[0]);
         taken -= if half == 0 { 0.0 } else { all[0] };

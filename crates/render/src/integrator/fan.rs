@@ -2,8 +2,9 @@
 //! others mirror of each other, and what two of its own facets mirror one after the other.
 //!
 //! Sixteen facets that lie evenly are looked at together. What they mirror at once leaves by few branches, since most of these leave the
-//! scene, where they find nothing; what a second facet is in the way of is left to chance, but less often than it is so. Of either kind
-//! a facet is taken in proportion to how much of its light goes that way, and carries what all sixteen send there (resampling:
+//! scene, where they find nothing. Where a second facet is in the way, the maps are asked of all sixteen pairs, and one of them is followed
+//! by chance; either is done more often than light meets a second facet, and weighs as much less. A facet is taken in proportion to
+//! how much of its light goes that way, and carries what all sixteen send there (resampling:
 //! J. F. Talbot, D. Cline, P. Egbert, "Importance resampling for global illumination", EGSR 2005).
 
 use fearless_simd::{Simd, f32x16, prelude::*};
@@ -23,7 +24,8 @@ use crate::sampler::Choices;
 /// Most branches that get out at once; one more meets a second facet.
 const OUT: usize = BRANCHES - 1;
 
-/// How many times as often as light meets a second facet that is followed, and its light from far away is looked for.
+/// How many times as often as light meets a second facet that is followed, and its light from far away is looked for: where a rough mesh
+/// is most efficient (docs/evidence/performance.md, "Maps and rough surfaces").
 const FOLLOWED: f32 = 4.0;
 const LIT: f32 = 16.0;
 
