@@ -78,9 +78,9 @@ impl MapLookup {
         least.map(|v| if v.is_finite() { v.max(0.0) } else { 0.0 })
     }
 
-    /// How many texels there are by a side of a field, the sphere parted into so many, at most.
-    fn texels_by(&self, columns: usize, rows: usize) -> usize {
-        self.map.width.div_ceil(columns).max(self.map.height.div_ceil(rows)).clamp(1, MOST_CLOSER)
+    /// How many places by a side of a field, the sphere parted into so many, tell of every texel: a lookup in the middle of four is their mean.
+    fn places_by(&self, columns: usize, rows: usize) -> usize {
+        self.map.width.div_ceil(2 * columns).max(self.map.height.div_ceil(2 * rows)).clamp(1, MOST_CLOSER)
     }
 
     #[inline(always)]
@@ -97,8 +97,8 @@ const GRID: [usize; 2] = [256, 128];
 /// So many fields across and down each of its cells are told apart.
 const FINE: usize = 4;
 
-/// Most places by a side of a field that are looked at: maps of 16 384 columns, texel by texel.
-const MOST_CLOSER: usize = 16;
+/// Most places by a side of a field that are looked at: every texel of maps of 16 384 columns.
+const MOST_CLOSER: usize = 8;
 
 /// Draws directions in proportion to the light of the maps, red, green and blue added up, to the parts that [`Parts`] tell apart.
 pub struct MapSampler {
@@ -126,7 +126,7 @@ impl MapSampler {
     pub fn new(maps: &[(MapLookup, f32)]) -> MapSampler {
         let [columns, rows] = GRID;
         let mut lights = vec![0.0_f32; FINE * FINE * columns * rows];
-        let closer = maps.iter().map(|(lookup, _)| lookup.texels_by(FINE * columns, FINE * rows)).max().unwrap_or(1);
+        let closer = maps.iter().map(|(lookup, _)| lookup.places_by(FINE * columns, FINE * rows)).max().unwrap_or(1);
         lights.par_chunks_exact_mut(FINE * columns).enumerate().for_each(|(row, lights)| {
             dispatch!(simd::level_or_best(), simd => measure(simd, maps, closer, row, lights));
         });
@@ -237,8 +237,8 @@ impl<const COUNT: usize> Parts<COUNT> {
     }
 }
 
-/// Adds red, green and blue of the maps together, of a row of the fine grid: the mean over as many places by side of a field as texels
-/// may lie there.
+/// Adds red, green and blue of the maps together, of a row of the fine grid: the mean over so many places by a side of each
+/// field.
 #[inline(always)]
 fn measure<S: Simd>(simd: S, maps: &[(MapLookup, f32)], closer: usize, row: usize, lights: &mut [f32]) {
     let size = GRID.map(|count| count * FINE * closer);
