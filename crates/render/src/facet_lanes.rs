@@ -104,6 +104,15 @@ impl<V: Number<Precision = f32>> RayLanes<V> {
         [radius.mul_add(cos, self.round[0]).times(x), radius.mul_add(sin, self.round[1]).times(y), up.max(a.like(0.0))]
     }
 
+    /// The cosines at which they meet facets of any length.
+    #[inline(always)]
+    pub fn cosines(&self, h: &[V; 3]) -> V {
+        let [t_x, t_y, t_z] = self.towards;
+        let length2 = h[0].mul_add(h[0], h[1].mul_add(h[1], h[2] * h[2]));
+        let along = h[2].mul_add(t_z, h[1].mul_add(t_y, h[0] * t_x));
+        (along / length2.max(along.like(f64::from(f32::MIN_POSITIVE))).sqrt()).max(along.like(0.0)).min(along.like(1.0))
+    }
+
     /// Directions into which facets of any length mirror them.
     #[inline(always)]
     pub fn mirrored(&self, h: &[V; 3]) -> [V; 3] {

@@ -2,6 +2,7 @@
 //! layer are resolved.
 
 use iridesce_numerics::Vec3;
+use iridesce_numerics::lanes::SINGLES as LANES;
 use iridesce_numerics::lanes::Singles as Lanes;
 use iridesce_numerics::lanes::blocks;
 use iridesce_optics::color::{Illuminant, rgb_basis};
@@ -38,6 +39,40 @@ pub struct Spectra {
     /// Luminance of a path's s and p weights; sums to 1/2.
     pub importance: Vec<Lanes>,
     pub bands: Bands,
+    /// Where nothing but a few lines shines, some of it evenly from all around: light that is met by branches alone.
+    pub lines: Option<Lines>,
+}
+
+/// More lines than these are as good as a continuous spectrum, whose fringes are summed over it.
+const MOST_LINES: usize = LANES;
+
+/// Layers and media at lines, a block for each: in the lanes stands what else differs.
+pub struct Lines {
+    pub rate: Vec<Lanes>,
+    pub coatings: Vec<Vec<IndexTable>>,
+    pub media: Vec<IndexTable>,
+    /// Luminance of the s and p weights of each.
+    pub importance: Vec<f32>,
+}
+
+impl Lines {
+    fn new(
+        nodes: &Nodes,
+        media: &Media,
+        materials: &Materials<'_>,
+        importance: &[Lanes],
+    ) -> Result<Lines, OpticsError> {
+        let lines = nodes.lines();
+        let each = || lines.iter().flat_map(|nm| [*nm; LANES]);
+        let table = |medium: &Medium| indices(medium, each()).map(|n| IndexTable::new(&n));
+        let tables = |layers: &Vec<&Medium>| layers.iter().map(|medium| table(medium)).collect::<Result<_, _>>();
+        Ok(Lines {
+            rate: blocks(each().map(|nm| 2.0 / nm)),
+            coatings: materials.coatings.iter().map(tables).collect::<Result<_, _>>()?,
+            media: media.list().iter().map(table).collect::<Result<_, _>>()?,
+            importance: (0..lines.len()).map(|line| importance[line / LANES].0[line % LANES]).collect(),
+        })
+    }
 }
 
 impl Spectra {
@@ -175,6 +210,12 @@ pub fn spectra(
         diffuse: diffuse.collect(),
         rgb_basis: [basis(0), basis(1), basis(2)],
         bands: Bands::new(nodes, &lights.color_importance(&lit.places)),
+        lines: match nodes.uniform() {
+            0 if nodes.lines().len() <= MOST_LINES && !lights.are_all_sampled() => {
+                Some(Lines::new(nodes, media, materials, &importance)?)
+            }
+            _ => None,
+        },
         importance,
         lights,
     })

@@ -192,6 +192,11 @@ impl Nodes {
         node % self.row_len() < self.uniform
     }
 
+    /// The lines; their nodes follow the uniform ones.
+    pub fn lines(&self) -> &[f64] {
+        &self.lines
+    }
+
     /// Number of nodes, padding included.
     pub fn len(&self) -> usize {
         self.wavelength_nm.len()

@@ -390,3 +390,57 @@ def test_many_fringes_in_a_lobe_make_no_noise_of_colour(thickness):
         return float((ratios.var(0, ddof=1) / ratios.mean(0) ** 2).mean())
 
     assert noise_of_colour(thickness) < 0.02 * noise_of_colour(300.0)
+
+
+def seen_under_a_line(surface: dict[str, Any], lights: list[Any], samples: int, seeds: int) -> Any:
+    """Y of every pixel on a ball, by seed."""
+    camera = view([0.0, 0.0, 4.0], [0.0] * 3, (32, 32), orthographic_height=1.0)
+    ball = sphere([0.0] * 3, 1.0, surface)
+    return np.array([shot(camera, [ball], lights, samples, seed)[..., 1] for seed in range(1, seeds + 1)])
+
+
+LINE = lit("lines:589.3", 1.0)
+
+
+@pytest.mark.parametrize(("thickness", "roughness"), [(1e4, 0.5), (1e5, 0.5), (1e5, 0.2)])
+def test_many_fringes_in_a_lobe_are_averaged_under_a_line(thickness, roughness):
+    """A facet by itself shows one place of a fringe, and its light varies as R does over it (by 0.16 of the square of its mean).
+    Sixteen of them together have a sixteenth of that; the rest is what angles do, and how often facets mirror twice."""
+    lines = seen_under_a_line(rough(coating([(1.5, thickness)], "Si"), roughness), [LINE], 8, 8)
+    nm = np.linspace(580.0, 600.0, 400)
+    fringes = ir.Stack(["air", ir.Layer(1.5, 1e5), "Si"]).reflectance(nm)
+    of_chance = float(fringes.var() / fringes.mean() ** 2)
+    noise = 8 * float((lines.var(0, ddof=1) / lines.mean(0) ** 2).mean())
+    assert of_chance > 0.1
+    assert noise < 0.3 * of_chance, (noise, of_chance)
+
+
+@pytest.mark.parametrize("roughness", [0.2, 0.5, [0.3, 0.8]], ids=str)
+@pytest.mark.parametrize("lines", ["lines:589.3", "lines:435.8,546.1*2,640"])
+@pytest.mark.parametrize("layers", [[(1.5, 900.0)], [(1.5, 6000.0)], [(2.3, 400.0), (1.38, 5000.0)]], ids=str)
+def test_fringes_together_are_fringes_one_by_one(layers, lines, roughness):
+    """A trace of white light, and facets are drawn one by one: the same mean, in X, Y and Z."""
+    surface = rough(coating(layers, "Si"), roughness)
+    camera = view([0.0, 0.0, 4.0], [0.0] * 3, (24, 24), orthographic_height=2.0)
+    # Beside the camera, brighter than all around.
+    lamp = sphere([2.0, 1.0, 3.0], 0.8, emitter(3.0, lines))
+    together, apart = (
+        np.array(
+            [
+                shot(camera, [sphere([0.0] * 3, 1.0, surface), lamp], [lit(lines, 1.0), *trace], 16, seed).mean((0, 1))
+                for seed in range(1, 13)
+            ]
+        )
+        for trace in ([], [lit("E", 1e-9)])
+    )
+    error = np.sqrt((together.var(0, ddof=1) + apart.var(0, ddof=1)) / 12)
+    assert (np.abs(together.mean(0) - apart.mean(0)) < 4.5 * error).all(), (together.mean(0), apart.mean(0), error)
+    assert (error < 2e-3 * apart.mean(0)).all()
+
+
+@pytest.mark.parametrize("roughness", ROUGHNESSES, ids=str)
+def test_furnace_of_fringes_under_a_line(roughness):
+    """A clear layer on a mirror takes nothing away, however many fringes there are."""
+    white = seen_under_a_line(rough(coating([(1.5, 7000.0)], MIRROR), roughness), [LINE], 16, 1)
+    mean, error = mean_and_error(white)
+    assert error < 1e-3 and abs(mean - 1.0) < 1e-3, (mean, error)

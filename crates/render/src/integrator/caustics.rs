@@ -332,9 +332,7 @@ impl Tracer<'_> {
     ) -> Option<()> {
         let spectra = self.spectra;
         let Sides { exit, is_reversed, .. } = self.sides(way, coating)?;
-        if !self.take_thicknesses(coating, &way.hit) {
-            return None;
-        }
+        self.take_thicknesses(coating, &way.hit)?;
         self.rotate_stokes_frame(simd, way);
         let (thicknesses, mut weights) = (std::mem::take(&mut self.thicknesses), std::mem::take(&mut self.thinned));
         if is_parted {

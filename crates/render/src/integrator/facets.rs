@@ -67,6 +67,8 @@ pub(super) struct Facets<'b> {
     /// Where the wavelengths part: the indices before a facet and beyond it, met from the side of the path, and the chances of the
     /// nodes to tell the direction.
     pub parted: Option<([&'b IndexTable; 2], &'b [Lanes])>,
+    /// Its layers at lines, one a block, where nothing gets through, nothing else shines, and they show fringes.
+    pub lines: Option<(Stack<'b>, &'b [f32])>,
 }
 
 impl Facets<'_> {

@@ -25,6 +25,7 @@ pub mod extras;
 mod facets;
 mod fan;
 mod found;
+mod fringes;
 mod onward;
 mod parted;
 mod path;

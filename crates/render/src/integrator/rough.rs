@@ -16,7 +16,7 @@ use super::facets::{Facets, Stack, scaled};
 use super::path::{Continuation, Path, Scattered, Since, Sums};
 use super::{LATE_SURVIVAL, Tracer};
 use crate::coating::LayersAt;
-use crate::materials::CoatedSurface;
+use crate::materials::{CoatedSurface, SHOWN_NM};
 use crate::microfacet::Wanderer;
 use crate::refraction::{is_parted, ratio};
 use crate::rough::{RoughPlace, RoughSurface};
@@ -53,9 +53,7 @@ impl<'a> Tracer<'a> {
         let spectra = self.spectra;
         let Path { hit, medium, .. } = *path;
         let Some(sides) = self.sides(path, coating) else { return false };
-        if !self.take_thicknesses(coating, &hit) {
-            return false;
-        }
+        let Some(path_nm) = self.take_thicknesses(coating, &hit) else { return false };
         path.hits += 1;
         let arriving = self.luminance(simd, path);
         if !self.survives_scattering(simd, path, [arriving; 2], sums, choices) {
@@ -83,6 +81,15 @@ impl<'a> Tracer<'a> {
             media: [medium, sides.beyond],
             is_dark: [self.is_dark(medium), self.is_dark(sides.beyond)],
             parted: is_parted.then_some((media, &bands.chances[..])),
+            lines: spectra.lines.as_ref().filter(|_| coating.is_opaque && path_nm > SHOWN_NM).map(|lines| {
+                let stack = Stack::Layers {
+                    media: [&lines.media[usize::from(medium.innermost())], &lines.media[usize::from(sides.exit)]],
+                    layers: LayersAt { tables: &lines.coatings[coating.number], thickness_nm: &thicknesses },
+                    is_reversed: sides.is_reversed,
+                    rate: &lines.rate,
+                };
+                (stack, &lines.importance[..])
+            }),
         };
         facets.ray.meets_facet(&facets.spread, choices.next().into());
         self.light_facet(simd, path, &facets, true, sums, choices);
@@ -90,7 +97,7 @@ impl<'a> Tracer<'a> {
             self.send_fan(simd, path, &facets, arriving, sums, choices);
             false
         } else {
-            let facet = facets.ray.facet(&facets.spread, choices.pair());
+            let facet = self.draw_facet(simd, path, &facets, choices);
             let first = First { facet, random: choices.next().into(), second_is_lit: false };
             self.send_one(simd, path, facets, first, 1.0, sums, choices)
         };
@@ -153,7 +160,7 @@ impl<'a> Tracer<'a> {
             if self.is_given_up() {
                 break;
             }
-            let local = if number == 0 { first.facet } else { facets.ray.facet(&facets.spread, choices.pair()) };
+            let local = if number == 0 { first.facet } else { self.draw_facet(simd, path, facets, choices) };
             let h = facets.frame.world(local);
             self.rotate_stokes_frame_to(simd, path, h);
             path.is_unpolarized = false;

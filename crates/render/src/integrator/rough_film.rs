@@ -145,6 +145,7 @@ impl<'a> Tracer<'a> {
             media: [path.medium; 2],
             is_dark: [self.is_dark(path.medium), true],
             parted: None,
+            lines: None,
         })
     }
 

@@ -112,7 +112,7 @@ impl<'a> Tracer<'a> {
         let is_from_front = along < 0.0;
         let outer = medium.innermost();
         let Some(Sides { beyond, exit, is_reversed }) = self.sides(path, coating) else { return false };
-        if !self.take_thicknesses(coating, &hit) {
+        if self.take_thicknesses(coating, &hit).is_none() {
             return false;
         }
         let cos_theta = along.abs().min(1.0);
@@ -215,9 +215,10 @@ impl<'a> Tracer<'a> {
         Some(Sides { beyond, exit, is_reversed: !is_from_front && !is_metal_back })
     }
 
-    /// The thicknesses of a coating's layers at a hit; false if their fringes are finer than the spectra resolve.
+    /// Takes the thicknesses of a coating's layers at a hit: the path difference that they make at most, nm; `None` if their fringes are
+    /// finer than the spectra resolve.
     #[inline(always)]
-    pub(super) fn take_thicknesses(&mut self, coating: &CoatedSurface, hit: &Hit) -> bool {
+    pub(super) fn take_thicknesses(&mut self, coating: &CoatedSurface, hit: &Hit) -> Option<f64> {
         let mut path_nm = 0.0;
         self.thicknesses.clear();
         for layer in &coating.layers {
@@ -225,7 +226,7 @@ impl<'a> Tracer<'a> {
             path_nm += layer.path_nm(thickness);
             self.thicknesses.push(thickness as f32);
         }
-        !self.is_too_coarse(path_nm)
+        (!self.is_too_coarse(path_nm)).then_some(path_nm)
     }
 
     /// Where both branches of a hit write their spectra; a second slot is taken where both go on.
